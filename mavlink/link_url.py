@@ -71,7 +71,7 @@ class LinkUrl:
 
     @property
     def requires_signing(self) -> bool:
-        """Whether only those who have the key are heard."""
+        """Whether only messages of those who have the key are accepted."""
         return bool(self.key) and not self.accepts_unsigned
 
     @property

@@ -55,7 +55,7 @@ class VehicleKind:
     afloat: bool = False
 
     def mode_properties(self, mode: Mode) -> int:
-        """MAV_MODE_PROPERTY; an aircraft cannot be told to be steered by hand."""
+        """MAV_MODE_PROPERTY; no station can put an aircraft under manual control."""
         refused = NOT_SELECTABLE if mode is Mode.TELEOPERATION and not self.afloat else 0
         return refused | (AUTOMATIC if mode.flags & AUTO else 0)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 HALF_TURN = math.pi
 BACK = -math.pi
-STEEPEST = 1e-3  # least cosine of the pitch: straight up or down, roll and yaw cannot be told apart
+STEEPEST = 1e-3  # least cosine of the pitch: straight up or down, roll and yaw cannot be distinguished
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]

@@ -31,7 +31,7 @@ from world.world import World
 Reader = Callable[[str, str], str]
 FindFile = Callable[[str, str], Path]
 
-FLAT_BOTTOM = "Simulators.EstimatedState"  # whose option counts where nothing else tells of a bottom
+FLAT_BOTTOM = "Simulators.EstimatedState"  # whose option counts where nothing else gives a bottom
 PLANES = ("Seabed", "Surface", "Depth")
 
 
@@ -42,8 +42,8 @@ class WorldError(ValueError):
 def read_world(value: Reader, offset: OffsetFunction | None = None, find_file: FindFile | None = None) -> World:
     """The world of a profile; `value(section, option)` returns its texts. Raises WorldError.
 
-    `offset` tells north and east (m) from one latitude and longitude (rad) to another; it is needed only if the origin
-    is not that of [Bathymetry]. `find_file(section, option)` returns the file that an option names; without it,
+    `offset` returns north and east (m) from one latitude and longitude (rad) to another; it is needed only if the
+    origin is not that of [Bathymetry]. `find_file(section, option)` returns the file that an option names; without it,
     relative paths begin in the working folder.
     """
     section = _Section(value, WORLD, OPTIONS)
@@ -134,7 +134,7 @@ def _read_seabed(
 
 
 def _depth_elsewhere(value: Reader, section: "_Section") -> float | None:
-    """The depth (m) where no sounding is near; None if the profile tells nothing of a bottom."""
+    """The depth (m) where no sounding is near; None if the profile has no bottom."""
     if value("Bathymetry", "Data").strip(", ") or section.is_set("Out Of Bounds Depth"):
         return section.number("Out Of Bounds Depth")
     flat = _Section(value, FLAT_BOTTOM, FLAT_OPTIONS).number("Bottom Depth")

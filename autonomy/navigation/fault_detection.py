@@ -20,7 +20,7 @@ class GateDecision(Enum):
 class JumpGate:
     """Rejects surprising measurements until `count` in a row agree with each other to within `spread`.
 
-    One that jumps and stays there is believed in the end: a filter that rejects for ever would never recover.
+    One that jumps and stays there is accepted in the end: a filter that rejects for ever would never recover.
     """
 
     count: int

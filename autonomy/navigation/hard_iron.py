@@ -21,7 +21,7 @@ class HardIron(NamedTuple):
 
 
 class HardIronError(ValueError):
-    """The samples do not tell the vehicle's own field."""
+    """The samples do not determine the vehicle's own field."""
 
 
 class HardIronFit:
@@ -44,7 +44,7 @@ class HardIronFit:
         self._quadrants = [0, 0, 0, 0]
 
     def add(self, field: tuple[float, float, float], roll: float, pitch: float, heading: float) -> None:
-        """Use a sample (G, body frame) at an attitude (rad); `heading` only tells the quarter of the circle.
+        """Use a sample (G, body frame) at an attitude (rad); `heading` only gives the quarter of the circle.
 
         What is not finite or no field at all does not count.
         """

@@ -13,7 +13,7 @@ from autonomy.navigation.sensor_inputs import UNKNOWN_ALTITUDE, SensorInputs
 from autonomy.navigation.underwater_estimator import PATIENCE, UnderwaterEstimator
 from autonomy.navigation.validation_gates import FAULT_HOLD, GPS_JUMP
 
-DEPTHS = 20  # samples that agree before a jump of theirs is believed
+DEPTHS = 20  # samples that agree before a jump of theirs is accepted
 HEARD = 1.0  # s, largest age of a velocity that is compared with others
 SLOW = 0.3  # m/s, least speed of the motor that is compared with others
 DEEP_FIXES = 10  # fixes under water at the vehicle's place before depth is doubted

@@ -11,7 +11,7 @@ from autonomy.navigation.sensor_inputs import SensorInputs
 from support.rotations import Vector, rotation, to_body, to_ned, wrap
 
 VERTICAL_ACCELERATION = 0.1  # m/s², over a second
-PATIENCE = 1.0  # s of measurements that agree before a jump of theirs is believed
+PATIENCE = 1.0  # s of measurements that agree before a jump of theirs is accepted
 RATE_JUMP = 1.0  # rad/s
 MODEL_VARIANCE = 2.0  # (m/s)² of the speed computed from rpm, for samples as correlated as those 50 ms apart
 STREAM_GAIN = 0.1

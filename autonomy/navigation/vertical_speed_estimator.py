@@ -73,7 +73,7 @@ class VerticalSpeedEstimator:
     def resume(self) -> None:
         """Take the next pressure as it is: it is unknown how far the vehicle has climbed since, and how it climbs.
 
-        Until pressures have told the speed, nothing is judged by it.
+        Until pressures have given the speed, nothing is judged by it.
         """
         self._is_unknown = self._is_vague = True
         self._response.resume()

@@ -12,7 +12,7 @@ FORGETS = 1e-4  # s/s; how fast a short delay is forgotten, since clocks drift
 class BootClock:
     """Converts times since the start of an autopilot to s since 1970 UTC.
 
-    Until the autopilot answers TIMESYNC, the fastest message tells the difference of the clocks.
+    Until the autopilot answers TIMESYNC, the fastest message gives the difference of the clocks.
     """
 
     def __init__(self) -> None:

@@ -28,7 +28,7 @@ GROUPS = (1, 2, 6, 10, 11, 12)  # MAV_DATA_STREAM: sensors, status, position, at
 ESSENTIAL = ("ATTITUDE", "GLOBAL_POSITION_INT")
 NOBODY = 0
 USUAL_SYSTEM = 1  # system id of most autopilots
-SOURCE_TIMEOUT = 3.0  # s; an autopilot that was heard from a port since then is not at another one
+SOURCE_TIMEOUT = 3.0  # s; an autopilot that has sent from a port since then is not at another one
 
 Rates = Mapping[str, float]
 
@@ -55,11 +55,11 @@ class FramePort(Protocol):
 
 
 class AutopilotConnection:
-    """One autopilot, once it has been heard: it is the first on the link, or that of a `system`.
+    """One autopilot, once it has sent something: it is the first on the link, or that of a `system`.
 
     Everything else on the link is foreign, also after a silence: the body of a vehicle does not change. So is what
-    comes with its id from another port while it is heard itself. With `signing`, what is not signed by the key has no
-    effect. `counts` has what had none: damaged, foreign, unsigned, forged, replayed. `warn` tells people of others who
+    comes with its id from another port while it sends itself. With `signing`, what is not signed by the key has no
+    effect. `counts` has what had none: damaged, foreign, unsigned, forged, replayed. `warn` reports others who
     use the same ids, once each; `own` is that under which ground stations see this vehicle. Commands go through
     `commands`.
     """
@@ -92,7 +92,7 @@ class AutopilotConnection:
 
     @property
     def has_heard_autopilot(self) -> bool:
-        """Whether an autopilot has been heard."""
+        """Whether an autopilot has sent something."""
         return self.autopilot >= 0
 
     def receive(self, data: bytes, now: float) -> Iterator[ReceivedMessage]:
@@ -118,7 +118,7 @@ class AutopilotConnection:
             return False
         if message.name == "HEARTBEAT":
             if self.system == NOBODY and message.system == self._own:
-                return False  # what this vehicle tells ground stations, which has come back
+                return False  # what this vehicle sends to ground stations, which has come back
             kind, autopilot = message.values["type"], message.values["autopilot"]
             if not self.has_heard_autopilot and kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
                 self.system, self.type, self.autopilot = message.system, kind, autopilot
@@ -129,7 +129,7 @@ class AutopilotConnection:
         return None not in (source, self._source) and source != self._source and now - self._source_at <= SOURCE_TIMEOUT
 
     def _warn_of_duplicate(self, message: ReceivedMessage) -> None:
-        """Tell of others with ids that must be unique."""
+        """Report others with ids that must be unique."""
         if (
             message.name == "HEARTBEAT"
             and message.system == self._own
@@ -162,7 +162,7 @@ class AutopilotConnection:
         self._sequence = (self._sequence + 1) & 0xFF
 
     def send_heartbeat(self) -> None:
-        """Tell that the companion is there; before the autopilot is heard, too, since it may wait to be spoken to."""
+        """Announce the companion, also before the autopilot has sent anything: it may wait for a first message."""
         status = {"type": ONBOARD_CONTROLLER, "autopilot": AUTOPILOT_NONE, "system_status": ACTIVE}
         self.send("HEARTBEAT", {**status, "mavlink_version": 3})
 
@@ -193,5 +193,5 @@ class AutopilotConnection:
         self.send("TIMESYNC", {"tc1": 0, "ts1": now_ns})
 
     def is_our_timesync(self, stamp: int) -> bool:
-        """Whether TIMESYNC with this stamp answers ours; that of others tells of their clocks."""
+        """Whether TIMESYNC with this stamp answers ours; that of others concerns their clocks."""
         return stamp == self._compared

@@ -1,4 +1,4 @@
-"""Decides what an autopilot is told: its mode, whether it is armed, where it goes."""
+"""Commands an autopilot: its mode, whether it is armed, where it goes."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -29,8 +29,8 @@ class ModeController:
     What the autopilot says counts: a command is done when HEARTBEAT shows it. A mode that changes after it was reached
     is the will of a person or a failsafe, and is not fought.
 
-    send_command: sends a command, and calls with its result. send: sends a message. warn: tells people. reason: what
-    the autopilot has said last, or "". missions: the mission that the autopilot keeps.
+    send_command: sends a command, and calls with its result. send: sends a message. warn: reports to people. reason:
+    the last words of the autopilot, or "". missions: the mission that the autopilot keeps.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class ModeController:
         self._lost_in, self.mode = self.mode, -1
 
     def restore_goal_on_connection(self, mode: int, armed: bool, now: float) -> None:
-        """The autopilot is heard, for the first time or again.
+        """Messages of the autopilot arrive, for the first time or again.
 
         In another mode than before somebody else leads it. One that flies in GUIDED was led by this task before a
         restart.

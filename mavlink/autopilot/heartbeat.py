@@ -1,4 +1,4 @@
-"""Whether an autopilot is heard, late, or lost."""
+"""Whether messages of an autopilot arrive, are late, or are lost."""
 
 import math
 

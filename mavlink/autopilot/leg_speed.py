@@ -18,7 +18,7 @@ class LegSpeed:
     """The dialogue about one speed (m/s): sent after the target, accepted, compared with the measured one.
 
     ArduCopter and Rover lose, or do not accept, a speed that comes before their first target. `error` is why the leg
-    has to end; `warning` is told once.
+    has to end; `warning` is reported once.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class LegSpeed:
         return speed_command(vehicle, leg.speed)
 
     def settle(self, reason: str, now: float) -> None:
-        """The command was answered, or the leg's own told the speed: "" if it was accepted, else why not."""
+        """The command was answered, or the leg's own gave the speed: "" if it was accepted, else why not."""
         if not reason:
             self._accepted_at = now
         elif self._tries >= TRIES:

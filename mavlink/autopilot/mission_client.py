@@ -10,7 +10,7 @@ from mavlink import Fields
 from mavlink.missions import Item, MissionCommand, MissionResult
 
 PATIENCE, TRIES = 1.5, 5  # s without an answer, after which the last message is sent again; how often
-LATE = 3.0  # s in which an autopilot tells again how far it has come
+LATE = 3.0  # s in which an autopilot repeats how far it has come
 REDIRECT_PERIOD = 1.0  # s between two requests to go on at another item
 SAME_HEIGHT = 0.02  # m; ArduPilot keeps centimeters
 FRAMES = {5: 0, 6: 3, 11: 10}  # MAV_FRAME of integers -> the one that older autopilots return
@@ -27,7 +27,7 @@ UNKNOWN_TOTAL = 0xFFFF
 
 
 class MissionPhase(Enum):
-    """NONE: there is no mission of ours. FAILED: it could not be written; `MissionClient.error` tells why."""
+    """NONE: there is no mission of ours. FAILED: it could not be written; `MissionClient.error` says why."""
 
     NONE = auto()
     WRITING = auto()
@@ -45,7 +45,7 @@ class MissionClient:
 
     `first` is the number of the first item that is flown: ArduPilot keeps its home as item 0. `current` is the item
     that it heads for, -1 if unknown; `reached` the last one that it says it has done. `changed`: another mission has
-    come in the place of ours. `begun`: it is at an item that it was told to go to.
+    come in the place of ours. `begun`: it is at an item that it was ordered to go to.
     """
 
     send: Callable[[str, Fields], object]
@@ -137,7 +137,7 @@ class MissionClient:
         self.send(*self._last)
 
     def head_for(self, item: int, now: float) -> bool:
-        """Whether the autopilot heads for an item, or has passed it since it began; if not, it is told to."""
+        """Whether the autopilot heads for an item, or has passed it since it began; if not, it is ordered to."""
         if self.current == item or (self.begun and self.current > item):
             self.begun = True
             return True

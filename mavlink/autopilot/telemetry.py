@@ -37,7 +37,7 @@ class Telemetry:
         self.invalid = self.restarts = 0
         self.position: ReportedPosition | None = None
         self.flies = False
-        self._geoid = math.nan  # as the autopilot's GPS tells it
+        self._geoid = math.nan  # as the autopilot's GPS reports it
         self._warned = False
         self._text, self._text_at = "", -math.inf
         self._translator = AutopilotTranslator(dialect)
@@ -47,7 +47,7 @@ class Telemetry:
         self._latest = -math.inf  # time of a state
 
     def set_vehicle_type(self, kind: int, *, flies: bool) -> None:
-        """An autopilot of this MAV_TYPE is heard."""
+        """An autopilot of this MAV_TYPE has sent something."""
         self._translator.type, self.flies = kind, flies
 
     def is_message_overdue(self, name: str, patience: float = 0.0) -> bool:
@@ -105,7 +105,7 @@ class Telemetry:
         return True
 
     def _above_ellipsoid(self, fix: imc.GpsFix, values: Mapping[str, int]) -> imc.GpsFix:
-        """The fix with a height above the ellipsoid; older receivers tell only that above the sea."""
+        """The fix with a height above the ellipsoid; older receivers report only that above the sea."""
         if not values["alt_ellipsoid"]:
             return fix.replace(height=fix.height + self.undulation)
         if values["fix_type"] >= FIX_3D:

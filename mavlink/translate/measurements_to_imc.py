@@ -162,7 +162,7 @@ def numbered_label(label: str, instance: int) -> str:
 
 
 def with_times(messages: TranslatedMessages, time: float, measured: float) -> Iterator[tuple[str, imc.Message]]:
-    """Messages with `time` (s since 1970 UTC) in their headers, `measured` (s since the start) where they tell it."""
+    """Messages with `time` (s since 1970 UTC) in their headers, `measured` (s since the start) where they have it."""
     for label, message in messages:
         if isinstance(message, imc.LogBookEntry):
             message = message.replace(htime=time)

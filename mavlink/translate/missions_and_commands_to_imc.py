@@ -190,7 +190,7 @@ class TransactionTranslator:
         yield AUTOPILOT, log_entry(level, "EVENT", f"{words}, arguments {arguments}" if arguments else words)
 
     def _current(self, received: ReceivedMessage, m: Any) -> TranslatedMessages:
-        """Which item the vehicle flies; the item of a mission that the recording lacks is told by number."""
+        """Which item the vehicle flies; the item of a mission that the recording lacks is named by number."""
         phases, outcomes = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
         mission = self._mission
         done = m.get("mission_state") == COMPLETE

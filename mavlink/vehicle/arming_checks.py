@@ -44,7 +44,7 @@ class ArmingChecks:
 
     @property
     def position_trusted(self) -> bool:
-        """Whether the navigation trusts the position that it publishes; what has no state is believed."""
+        """Whether the navigation trusts the position that it publishes; one without a state is taken as right."""
         return self._state() not in (State.BOOT, *ILL)
 
     def prearm_failure(self, vehicle: imc.VehicleState | None) -> str:

@@ -317,7 +317,7 @@ class VehicleEndpoint:
             session.send_statustext(severity, words, self._now)
 
     def _report_reached(self, numbers: Sequence[int]) -> None:
-        """Tell all stations which items of the mission are over."""
+        """Report to all stations which items of the mission are over."""
         for session in self._all_sessions():
             for number in numbers:
                 session.send("MISSION_ITEM_REACHED", {"seq": number + first_item_seq(session.flavor)})

@@ -1,4 +1,4 @@
-"""Other systems that have the vehicle's MAVLink id, heard on its links or announced by IMC: a fault of the setup."""
+"""Other systems that have the vehicle's MAVLink id, on its links or in their IMC Announce: a fault of the setup."""
 
 from collections.abc import Callable
 from itertools import islice
@@ -8,12 +8,12 @@ from imc.discovery import VEHICLE_TYPES, Services, displayable_name
 from mavlink import AUTOPILOT_NONE, GROUND_STATION, ReceivedMessage, mavlink_system_id
 
 MOST = 16
-FRESH = 30.0  # s that a twin is told after it was heard
+FRESH = 30.0  # s for which a twin is reported after its last message
 NAMED = 3  # in the state of the entity
 
 
 class IdConflicts:
-    """Whom else the vehicle's id belongs to; `warn` tells people of the first ones, once."""
+    """Whom else the vehicle's id belongs to; `warn` reports the first ones, once."""
 
     def __init__(self, system: int, components: frozenset[int], warn: Callable[[str], object]) -> None:
         self._system = system
@@ -30,7 +30,7 @@ class IdConflicts:
             self.note_conflict(sender, now)
 
     def on_announce(self, other: imc.Announce, now: float) -> None:
-        """Take the Announce of another vehicle; its id follows from its IMC id if it does not tell it."""
+        """Take the Announce of another vehicle; its id follows from its IMC id if it does not announce it."""
         theirs = Services.parse(other.services).mavlink_id or mavlink_system_id(other.src)
         if other.sys_type in VEHICLE_TYPES and theirs == self._system:
             self.note_conflict(f"{displayable_name(other.sys_name)} ({other.src:#06x})", now)

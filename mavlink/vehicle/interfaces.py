@@ -178,7 +178,7 @@ class FileEntry:
 
 
 class OpenFile(Protocol):
-    """A file as long as it was when it was opened: stations take more than the length they were told for an error.
+    """A file as long as it was when it was opened: stations take more than the announced length for an error.
 
     A file that is removed meanwhile can still be read, one that is truncated ends earlier.
     """

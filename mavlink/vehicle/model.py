@@ -47,7 +47,7 @@ class VehicleIdentity:
 
 
 class VehicleModel:
-    """The state that all ground stations share, as far as messages of the vehicle tell it.
+    """The state that all ground stations share, as far as messages of the vehicle contain it.
 
     `entities()` gives those whose state counts for arming. `camera` is the label of the one with which missions take
     pictures, empty for none.

@@ -93,7 +93,7 @@ class PlaneDetection(NamedTuple):
 def project_to_plane(
     optics: RayModel, mount: Floats, standing: PoseOverPlane, pixels: ArrayLike, accuracy: DetectionAccuracy
 ) -> list[PlaneDetection | None]:
-    """What is seen at pixels (n, 2) of a camera, by a vehicle that believes to stand so; None beside the plane.
+    """What is seen at pixels (n, 2) of a camera, by a vehicle whose estimate is this pose; None beside the plane.
 
     `mount` (4, 4) leads from the optical frame to the body.
     """

@@ -39,7 +39,7 @@ class TrackerSettings:
 
 @dataclass(eq=False)
 class ObjectTrack:
-    """Where something is believed to be, as a Schmidt-Kalman filter: errors of the pose are considered, not estimated.
+    """The estimated place of something, as a Schmidt-Kalman filter: errors of the pose are considered, not estimated.
 
     `state` is north and east (m, on the map of the vehicle), and if things move, their velocities; `covariance` is (n,
     n), `pose_correlation` (n, 6) that of its error with the errors of the pose (see DetectionAccuracy). `id` is None

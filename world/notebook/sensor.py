@@ -41,7 +41,7 @@ class SensorManager:
         self.sensors: list[Sensor] = []
 
     def register(self, sensor: Sensor) -> None:
-        """Add a sensor. Raises ValueError if one has its name, since readings are told apart by it."""
+        """Add a sensor. Raises ValueError if one has its name, since readings are distinguished by it."""
         if any(sensor.name == other.name for other in self.sensors):
             raise ValueError(f"there is a sensor {sensor.name!r} already: give this one another name")
         self.sensors += [sensor]

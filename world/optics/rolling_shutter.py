@@ -26,8 +26,8 @@ def project_by_row(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Pixels (*shape, 2) of moving points, each in the row that is exposed when it is seen there, and which are valid.
 
-    `points_at(times)` tells the points (*shape, 3) in m, in the optical frame of the camera at times of that shape, in
-    s from the middle row.
+    `points_at(times)` returns the points (*shape, 3) in m, in the optical frame of the camera at times of that shape,
+    in s from the middle row.
     """
     pixels, valid = optics.project(points_at(np.zeros(shape)))
     for _ in range(STEPS if readout else 0):

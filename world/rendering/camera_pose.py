@@ -21,7 +21,7 @@ Places = NDArray[np.intp]
 
 FARTHEST = 1e7  # m, of a camera from the scene's origin
 MOST_IDS = 65535
-SAMPLES = 32  # across a board, to tell how much of it the picture shows
+SAMPLES = 32  # across a board, to find how much of it the picture shows
 
 
 class CameraPose(NamedTuple):

@@ -19,7 +19,7 @@ SLACK = 1e-6  # rad, by which rounding may err
 class PixelRays:
     """Unit rays (3, height * width; optical frame) through the pixel centers, row by row; NaN where there is none.
 
-    Square tiles of pixels, each with the cone that holds its rays, tell which pixels can see a body.
+    Square tiles of pixels, each with the cone that holds its rays, show which pixels can see a body.
     """
 
     def __init__(self, optics: CameraModel):

@@ -227,7 +227,7 @@ def read_bathymetry(
     """Read the section [Bathymetry], in DUNE's form; `value(section, option)` returns its texts.
 
     Without soundings the bottom is flat. The reference is that of the section, or `origin` (rad), if that is given:
-    `offset` then tells north and east (m) from one latitude and longitude to another. Raises BathymetryError.
+    `offset` then returns north and east (m) from one latitude and longitude to another. Raises BathymetryError.
     """
     rows = [row.split() for row in value("Bathymetry", "Data").split(",") if row.strip()]
     if not rows:

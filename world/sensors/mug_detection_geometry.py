@@ -56,7 +56,7 @@ def detect_target(
     """What the pixel shows that shows `target`, m from the vehicle; None if it is outside the image.
 
     `view` is where the vehicle really is, and `mount` (4, 4) where the camera is in it. Where the pixel's ray meets the
-    ground is computed with the pose that the vehicle believes, so that its errors are those of the result.
+    ground is computed with the pose that the vehicle estimates, so that its errors are those of the result.
     """
     pixel = _pixel(camera, view, target, mount)
     return detection_at_pixel(camera, *pixel, believed or view, mount) if pixel is not None else None

@@ -17,7 +17,7 @@ FLATTEST = 0.05  # least singular value of the directions of beams, of at most a
 
 
 class AcousticScene(Protocol):
-    """The world, as far as it can be heard."""
+    """The world, as far as it returns an echo."""
 
     @property
     def seabed(self) -> Bathymetry | None: ...
@@ -30,7 +30,7 @@ class AcousticScene(Protocol):
 
 
 class BeamEcho(NamedTuple):
-    """What a beam hears: its distance (m), what it is, and its velocity (m/s; north, east, down)."""
+    """An echo in a beam: its distance (m), what it is, and its velocity (m/s; north, east, down)."""
 
     distance: float
     source: str
@@ -42,8 +42,8 @@ def nearest_echo(
 ) -> BeamEcho | None:
     """The nearest echo of a beam at a time (s from the start of the run); None out of the water.
 
-    Nothing is heard beyond `reach` m. What is nearer than `blanking` m is not heard, and hides the rest. The surface
-    moves with the `stream` (m/s; north, east, down).
+    Nothing beyond `reach` m returns an echo. What is nearer than `blanking` m returns none, and hides the rest. The
+    surface moves with the `stream` (m/s; north, east, down).
     """
     if not beam.start[2] > 0.0:
         return None
@@ -65,7 +65,7 @@ def distance_to_bottom(beam: SonarBeam, seabed: Bathymetry, reach: float) -> flo
 
 def _of(world: AcousticScene, thing: WorldObject, beam: SonarBeam, time: float) -> BeamEcho | None:
     spot = world.object_position(thing, time)
-    if spot.down is None or thing.kind != GLIDER:  # boards are too thin to be heard
+    if spot.down is None or thing.kind != GLIDER:  # boards are too thin to return an echo
         return None
     middle = spot.north, spot.east, spot.down
     distance = beam.distance_to_capsule(middle, spot.heading, thing.length, thing.diameter)
@@ -84,7 +84,7 @@ def janus_directions(tilt: float) -> tuple[Vector, ...]:
 
 
 def velocity_from_beams(directions: Sequence[Vector], speeds: Sequence[float]) -> Vector | None:
-    """The velocity (m/s) of a sensor whose beams measure speeds along their directions; None if too few tell.
+    """The velocity (m/s) of a sensor whose beams measure speeds along their directions; None if too few do.
 
     With more than three, by least squares.
     """

@@ -81,7 +81,7 @@ class CameraBroadcast:
                     send_parameter(part, camera, parameter)
 
     def _answer(self, camera: CameraComponent, which: Callable[[PendingChange], bool]) -> None:
-        """Tell who has asked for settings whether they are as wanted."""
+        """Report to those who have requested settings whether they apply."""
         for key, asked in [item for item in camera.pending.items() if which(item[1])]:
             del camera.pending[key]
             acknowledge_parameter(key[0], asked.parameter, CHANGED if asked.parameter.text == asked.value else FAILED)

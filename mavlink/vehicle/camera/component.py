@@ -161,7 +161,7 @@ class CameraComponent:
         self._port.publish(imc.Event(topic=topic, data=f"camera={self.label};{more}", dst=self._port.imc_id))
 
     def add_picture(self, told: imc.Event) -> int | None:
-        """Remember a picture; its index, None if the event does not tell enough."""
+        """Remember a picture; its index, None if the event lacks something."""
         given = dict(item.split("=", 1) for item in told.data.split(";") if "=" in item)
         names = ("time", "lat", "lon", "height", "depth", "roll", "pitch", "yaw")
         try:

@@ -79,7 +79,7 @@ class CommandService(MavlinkService):
         pending[key] = begun
 
     def poll(self, now: float) -> None:
-        """Tell who waits for an answer that it takes time."""
+        """Report to those who wait for an answer that it takes time."""
         for session, pending in list(self._pending.items()):
             for key, command in list(pending.items()):
                 if command.reply is not None and now >= command.until:

@@ -11,7 +11,7 @@ from mavlink.vehicle.model import VehicleModel
 
 
 class VehicleControl:
-    """The vehicle that commands act on; `send_statustext(severity, text)` tells all stations."""
+    """The vehicle that commands act on; `send_statustext(severity, text)` sends to all stations."""
 
     def __init__(
         self,
@@ -70,5 +70,5 @@ class VehicleControl:
         """Abort what the vehicle does."""
         abort = imc.Abort(dst=self._port.imc_id)
         self._port.publish(abort)
-        self.model.update(abort, "", now)  # a task does not hear itself
+        self.model.update(abort, "", now)  # a task does not receive its own messages
         self.send_statustext(statustext.EMERGENCY, "Abort")

@@ -15,7 +15,7 @@ def refuse_if_read_only(session: Session, message: ReceivedMessage, reason: str,
     if not reason or (answer is None and message.name not in STEERING):
         return False
     if answer is None:
-        return True  # a stick is sent many times a second: the refused mode was told
+        return True  # a stick is sent many times a second: the refused mode was reported
     answer(session, message)
     session.send_statustext(statustext.WARNING, reason, now)
     return True

@@ -76,7 +76,7 @@ class PendingCommand:
 
     `number` is its place among the orders of all stations: after another one, the same order again is meant, and so it
     is from `until` on.
-    Only one that is not finished at `progress_due` is told to be in progress: MAVSDK takes that for "busy" in many
+    Only one that is not finished at `progress_due` is reported to be in progress: MAVSDK takes that for "busy" in many
     cases.
     """
 

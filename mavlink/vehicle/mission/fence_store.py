@@ -32,7 +32,7 @@ class FenceStore:
         return list(self._uploaded) if area and area == self._area else area
 
     def put(self, items: Sequence[Item], then: OnReply, now: float) -> None:
-        """Ask the vehicle for an area, none without items; `then` hears whether it has it. Raises BadItem."""
+        """Ask the vehicle for an area, none without items; `then` gets whether it has it. Raises BadItem."""
         limits = limits_with_fence(items, self._limits.message)
         before = self._waiting
         self._waiting = _Waiting(list(items), fence_items(limits), now + PATIENCE, then)

@@ -223,7 +223,7 @@ class MissionStore:
         return self.plan is not None and plan_id in (self.plan.plan_id, self.plan.plan_id + REST_SUFFIX)
 
     def _replace(self, plan: imc.PlanSpecification, items: list[Item], table: ItemMap) -> None:
-        """Take another mission, also while the vehicle flies the one before: it goes on with that until it is told."""
+        """Take another mission, also while the vehicle flies the one before, which it continues until it is ordered."""
         flies = self.state is MissionState.ACTIVE or self._is_old
         self._adopt(plan, items, table)
         self._is_old = flies

@@ -294,7 +294,7 @@ class MissionTransfer(MavlinkService):
         if not outcome.done:
             say(f"Mission refused: {outcome.reason}")
         elif self.mission.flies_replaced_mission:
-            say("The vehicle goes on with the mission before this one, until it is told to start this one")
+            say("The vehicle continues the mission before this one until it is ordered to start this one")
 
         def judge(checked: PlanReply) -> None:
             if not checked.done:

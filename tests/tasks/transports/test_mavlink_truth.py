@@ -157,7 +157,7 @@ def test_a_mission_that_is_uploaded_in_flight_is_not_flown_until_it_is_started(f
     flown.vehicle.run(5.0)
     result, texts = console.upload((0, 90), (90, 90), z=flown.z)
     assert result == ACCEPTED
-    assert "The vehicle goes on with the mission before this one" in texts
+    assert "The vehicle continues the mission before this one" in texts
     flown.vehicle.run(2.0)
     assert (console.current()["mission_state"], flown.modes[-1]) == (2, "MISSION")
     by_mode = flown.profile == "otter"  # as MAVSDK starts missions

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from world.optics import CameraModel, Floats
 
-AROUND = 96  # rays across a body, and AROUND / 2 along its shorter side, that tell how much of it the picture cuts off
+AROUND = 96  # rays across a body, and AROUND / 2 along its shorter side, that show how much of it the picture cuts off
 
 
 class Capsule(NamedTuple):

@@ -79,7 +79,7 @@ class DepthGrid(NamedTuple):
 
 
 class CurvedDepthGrid(NamedTuple):
-    """The same, bent in each cell as its neighbors tell: `coefficients` (6, nodes) times 1, x, y, xy, x² and y².
+    """The same, bent in each cell as its neighbors give it: `coefficients` (6, nodes) times 1, x, y, xy, x² and y².
 
     `errors` (nodes) is how far (m) that may be from the bottom in a cell, as found where smooth ones err most.
     """

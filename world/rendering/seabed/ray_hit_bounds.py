@@ -17,7 +17,7 @@ SECTORS = 256
 RINGS = 64  # a cell wide; at the last one a sector is 1.6 cells wide, so that no part of it is a cell from its middle
 EARLIER = 2  # rings, so that a ray is seen to come nearer to a crest before it passes it
 NEARER = 1e-9  # of a ring, so that the ground right beneath the place does not count as infinitely steep
-APART = 3.0  # between the profiles of two sectors, whose slopes are told by numbers from -1 to 1
+APART = 3.0  # between the profiles of two sectors, whose slopes are coded by numbers from -1 to 1
 
 
 class HorizonSectors:
