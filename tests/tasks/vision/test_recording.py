@@ -234,7 +234,7 @@ def test_sources_that_are_none(source, said, tmp_path):
     [
         ({"source": ""}, "is not set"),
         ({"source": "x", "calibration": "nowhere.yaml"}, NO_FILE),
-        ({"source": __file__, "times": "As Recorded"}, "does not tell when"),
+        ({"source": __file__, "times": "As Recorded"}, "has no time of recording"),
     ],
 )
 def test_impossible_settings(options, said):
