@@ -38,7 +38,12 @@ class VehicleOptions(Protocol):
 
     @property
     def hold_speed(self) -> float:
-        """Of what ground stations ask for without a speed, in m/s."""
+        """Back to the position that it holds, in m/s."""
+        ...
+
+    @property
+    def guided_speed(self) -> float:
+        """Of what ground stations order without a speed, in m/s; 0 for `hold_speed`."""
         ...
 
     @property

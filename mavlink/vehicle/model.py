@@ -146,8 +146,9 @@ class VehicleModel:
 
     @property
     def guided_speed(self) -> float:
-        """The speed of what ground stations ask for, in m/s."""
-        return min(self.chosen_speed or self.options.hold_speed, self.limits.max_speed)
+        """The speed of what ground stations order, in m/s."""
+        usual = self.options.guided_speed or self.options.hold_speed
+        return min(self.chosen_speed or usual, self.limits.max_speed)
 
     def conversion_settings(self, name: str = "mavlink") -> ConversionContext:
         """The vehicle for which missions and orders become plans; `name` is the plan's."""

@@ -28,7 +28,7 @@ def profile_context(profile: Profile) -> ConversionContext:
             return default  # building the vehicle reports it
 
     kind = KINDS.get(profile.value(LINK, "Vehicle Kind").lower(), KINDS["submarine"])
-    context = ConversionContext(kind, speed=number(LINK, "Hold Speed", 1.2))
+    context = ConversionContext(kind, speed=number(LINK, "Guided Speed", 0.0) or number(LINK, "Hold Speed", 1.2))
     if kind.afloat:
         return context
     undulation, ground = number(LINK, "Geoid Undulation", 0.0), number(BODY, "Ground Height", 0.0)

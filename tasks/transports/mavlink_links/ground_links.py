@@ -57,6 +57,9 @@ class GroundLinksTask(Task):
     position_rate: float = param(4.0, "Hz", "Rate of positions and VFR_HUD.", minimum=0, maximum=200)
     status_rate: float = param(2.0, "Hz", "Rate of SYS_STATUS.", minimum=0, maximum=200)
     hold_speed: float = param(1.2, "m/s", "Speed back to the position that it holds.", minimum=0.1, maximum=20)
+    guided_speed: float = param(
+        0.0, "m/s", "Speed of what stations order without one; 0 for `Hold Speed`.", minimum=0, maximum=20
+    )
     hold_radius: float = param(
         0.0,
         "m",

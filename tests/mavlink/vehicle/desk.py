@@ -27,7 +27,7 @@ class Options:
     """What the profile sets."""
 
     rates = MappingProxyType({"ATTITUDE": 10.0, "SYS_STATUS": 2.0})
-    hold_speed, hold_radius, takeoff_altitude = 1.2, 0.0, 10.0
+    hold_speed, guided_speed, hold_radius, takeoff_altitude = 1.2, 0.0, 0.0, 10.0
     gcs_timeout, gcs_action, clock_speed = 0.0, "Hold", 1.0
     detection_markers = False
 

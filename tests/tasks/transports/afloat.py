@@ -30,6 +30,7 @@ def shipped_options(loaded):
     return {
         "vehicle_kind": value("Vehicle Kind", "submarine"),
         "hold_radius": float(value("Hold Radius", "0")),
+        "guided_speed": float(value("Guided Speed", "0")),
         "geoid_undulation": float(value("Geoid Undulation", "0")),
     }
 

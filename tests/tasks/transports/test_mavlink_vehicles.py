@@ -138,6 +138,18 @@ def test_a_vehicle_that_cannot_keep_station_stops(tmp_path):
     assert len(words) == 1
 
 
+@pytest.mark.parametrize(("profile", "speed"), [("lauv-noptilus-1", 1.2), ("otter", 1.2), ("hexa-00", 5.0)])
+def test_orders_without_a_speed_have_that_of_the_profile(profile, speed, tmp_path):
+    given = load_profile(profile).value("Transports.MAVLink", "Guided Speed")
+    flown = Commanded(profile, tmp_path, **({"guided_speed": float(given)} if given else {}))
+    flown.vehicle.start()
+    flown.vehicle.run(1.0)
+    assert flown.link.endpoint.model.guided_speed == speed
+    flown.link.guided_speed = 1.7
+    assert flown.link.endpoint.model.guided_speed == 1.7
+    flown.vehicle.close()
+
+
 def test_another_vehicle_with_the_same_id_is_named(tmp_path):
     flown = Commanded("lauv-noptilus-1", tmp_path)
     flown.vehicle.start()
