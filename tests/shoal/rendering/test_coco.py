@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
+from pycocotools.coco import COCO
 
 import imc
 from runtime.kernel import VirtualClock
@@ -67,6 +68,15 @@ def test_a_data_set_has_the_pictures_of_the_run_with_boxes_and_masks(log):
     assert [path.name for path in files] == sorted(path.name for path in (folder / "Photos").glob("*.png"))
     assert all((Path("set") / path).read_bytes() == (folder / "Photos" / path.name).read_bytes() for path in files)
     assert found["annotations"] == again["annotations"]
+    theirs = COCO("set/annotations.json")
+    assert sorted(theirs.getImgIds()) == sorted(image["id"] for image in found["images"])
+    for annotation in theirs.loadAnns(theirs.getAnnIds()):
+        inside = theirs.annToMask(annotation)
+        assert (inside == mask(annotation["segmentation"])).all()
+        assert inside.sum() == annotation["area"]
+        rows, columns = np.nonzero(inside)
+        box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+        assert annotation["bbox"] == box
     assert [path.name for path in files] == [Path(image["file_name"]).name for image in again["images"]]
     images = {image["id"]: image for image in found["images"]}
     assert [each["id"] for each in found["annotations"]] == list(range(1, len(found["annotations"]) + 1))

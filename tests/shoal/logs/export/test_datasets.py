@@ -1,12 +1,15 @@
 """Data sets for visual-inertial navigation of a simulated LAUV: their parts fit each other, and the log."""
 
 import csv
+import itertools
 import math
 
 import cv2
 import numpy as np
 import pytest
 import yaml
+from evo.core import metrics, sync
+from evo.tools import file_interface
 
 import imc
 from runtime.logs import summarize
@@ -213,6 +216,28 @@ def test_a_tum_data_set_says_the_same(source, tmp_path):
     described = (source.log.path.parent / "Photos/cameras.yaml").read_bytes()
     assert (tmp_path / "cameras.yaml").read_bytes() == described
     assert len((tmp_path / "rgb.txt").read_text().splitlines()) - 3 == len(list((tmp_path / "rgb").iterdir()))
+
+
+@pytest.mark.heavy
+def test_evo_reads_both_data_sets_and_finds_the_same_error(source, tmp_path):
+    for name, export in (("tum", export_tum_rgbd), ("euroc", export_euroc)):
+        (tmp_path / name).mkdir()
+        export(source, tmp_path / name)
+    files = [tmp_path / f"tum/{name}.txt" for name in ("groundtruth", "estimate")]
+    tum = [file_interface.read_tum_trajectory_file(file) for file in files]
+    folders = [tmp_path / f"euroc/mav0/state_{name}0/data.csv" for name in ("groundtruth_estimate", "estimate")]
+    euroc = [file_interface.read_euroc_csv_trajectory(folder) for folder in folders]
+    errors = []
+    for pair in (tum, euroc):
+        assert all(trajectory.check()[0] for trajectory in pair), [trajectory.check() for trajectory in pair]
+        error = metrics.APE(metrics.PoseRelation.translation_part)
+        error.process_data(sync.associate_trajectories(*pair, max_diff=0.006))
+        errors.append(error.get_statistic(metrics.StatisticsType.rmse))
+    states = [list(source.log.messages(kind)) for kind in ("SimulatedState", "EstimatedState")]
+    length = sum(math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) for a, b in itertools.pairwise(states[0]))
+    assert tum[0].path_length == pytest.approx(length, rel=1e-3)
+    assert errors[0] == pytest.approx(errors[1], rel=1e-3)
+    assert 0.0 < errors[0] < 5.0
 
 
 def test_quaternions_turn_like_angles():
