@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from shoal.cli.recent_vehicles import remember_vehicles
-from tests.outside import lacking, until
+from tests.outside import until
 
 SHELLS = {
     "bash": ("bash --norc --noprofile -i", "source script"),
@@ -38,7 +38,7 @@ def complete(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest
     """The arguments that a command is given if a line is typed, Tab and Enter."""
     shell = str(request.param)
     if shutil.which(shell) is None:
-        lacking(f"no {shell} is installed")
+        pytest.skip(f"no {shell} is installed")  # a machine needs bash only
     for name, value in {"HOME": tmp_path, "XDG_CACHE_HOME": tmp_path / "cache", "TERM": "xterm"}.items():
         monkeypatch.setenv(name, str(value))
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")

@@ -81,7 +81,10 @@ def test_own_messages_are_heard_and_logged_with_their_definitions(project):
     messages = list(log)
     calls = [message for message in messages if type(message).__name__ == "WhaleCall"]
     assert [call.level for call in calls] == [120.0] * 3
-    assert [message.value for message in messages if isinstance(message, imc.Temperature)] == [120.0] * 3
+    (hydrophone,) = {call.src_ent for call in calls}
+    warm = [message for message in messages if isinstance(message, imc.Temperature) and message.value > 100.0]
+    assert [message.value for message in warm] == [120.0] * 3
+    assert hydrophone not in {message.src_ent for message in warm}, "another task publishes it"
     assert log.schema["WhaleCall"].ID == 30001
     assert shoal("check", "my.ini", cwd=project)[:2] == (0, "my.ini: nothing wrong\n")
     status, out, err = shoal("resim", str(folder), "--task", "whales.Counter", "--code", ".", cwd=project)

@@ -226,7 +226,8 @@ def pressed_tab(*words: str) -> list[str]:
     script = f"""
         compopt() {{ :; }}  # it works only while a key is handled
         eval "$(_SHOAL_COMPLETE=bash_source {program})"
-        COMP_WORDS=(shoal {shlex.join(words)}) COMP_CWORD={len(words)}
+        COMP_LINE={shlex.quote(shlex.join(["shoal", *words]))}
+        COMP_POINT=${{#COMP_LINE}}
         _shoal_completion {program}
         printf '%s\\n' "${{COMPREPLY[@]}}"
     """

@@ -22,7 +22,7 @@ STEERED = "  - teleoperation: {}"
 DOWN = "Thrust=127;Pitch=-127"
 SINKING = "Simulators.StreamVelocity:Default Speed Down=0.04"
 OFF = "General:Absolute Minimum Altitude=-10"  # nothing holds the vehicle off the bottom
-PATIENT = "Control.AUV.Speed:Stuck Timeout=100"  # s; nor does it give up there
+PATIENT = ["Control.AUV.Speed:Stuck Timeout=100", "Control.AUV.Attitude:Maximum Pitch Error=0"]  # nor does it give up
 
 
 def deep(depth):
@@ -198,7 +198,7 @@ def test_without_an_altimeter_the_bottom_seen_last_counts_for_a_minute(maneuver)
 
 @pytest.mark.heavy
 def test_a_vehicle_that_touches_the_bottom_stops_there_and_the_log_says_so():
-    run = dive(STEERED, [OFF, PATIENT], steer=[(8.0, DOWN), (45.0, "Thrust=127;Pitch=127")], seconds=60)
+    run = dive(STEERED, [OFF, *PATIENT], steer=[(8.0, DOWN), (45.0, "Thrust=127;Pitch=127")], seconds=60)
     assert 0.05 < run.clearance < 0.06, "half the height of the hull"
     first = next(
         i for i, (water, state) in enumerate(zip(run.water, run.states, strict=True)) if water - state.z < 0.06
