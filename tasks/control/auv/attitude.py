@@ -68,7 +68,7 @@ class Attitude(Task):
     pitch_gains: list[float] = param([1.5, 0.09, 0.5], "N m/rad", "P, I, D.", name="Pitch PID Gains", size=3)
     pitch_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
     maximum_pitch_error: float = param(
-        20.0, "°", "Pitch may differ from its reference by more only for Pitch Error Timeout; 0 for ever.", minimum=0
+        35.0, "°", "Pitch may differ from its reference by more only for Pitch Error Timeout; 0 for ever.", minimum=0
     )
     pitch_error_timeout: float = param(2.0, "s", "Longest time with a larger error of pitch.", minimum=0)
     maximum_pitch_actuation: float = param(25.0, "°", "Limit of the torque about pitch, in N m/rad.", minimum=0)
@@ -182,7 +182,7 @@ class Attitude(Task):
         heading = self._heading_reference if mask & YAW and not mask & YAW_RATE else None
         rate = self._rate_reference if mask & YAW_RATE else None
         astray = mask & VERTICAL and abs(pitch - state.theta) > math.radians(self.maximum_pitch_error or 180.0)
-        self._astray = self._astray + dt if astray else 0.0
+        self._astray_since = min(self._astray_since, self.now) if astray else math.inf
         k, m, n = self._attitude.step(state, AttitudeReference(pitch, heading, rate), dt)
         if heading is not None:
             self.publish(imc.DesiredHeadingRate(value=self._attitude.rate))
@@ -208,7 +208,7 @@ class Attitude(Task):
             self._missed = self.now
         missing = "" if vertical else "vertical"
         missing = missing if horizontal else "yaw"
-        if self._astray > self.pitch_error_timeout:
+        if self.age(self._astray_since) > self.pitch_error_timeout:
             self.set_entity_state(State.ERROR, "pitch does not follow its reference")
         elif missing and self.age(self._began) > self.reference_timeout:
             self.set_entity_state(State.ERROR, f"timed out while waiting for {missing} control mode")
@@ -221,7 +221,7 @@ class Attitude(Task):
         self._z: imc.DesiredZ | None = None
         self._pitch_reference: float | None = None
         self._missed: float | None = None
-        self._astray = 0.0
+        self._astray_since = math.inf
         self._began = self.now
         self._depth.reset()
         self._attitude.reset_pitch()
