@@ -27,6 +27,7 @@ VERTICAL = Loops.DEPTH.value | Loops.ALTITUDE.value | PITCH
 HORIZONTAL = YAW | YAW_RATE
 TORQUES = imc.DesiredControl.Flags.K | imc.DesiredControl.Flags.M | imc.DesiredControl.Flags.N
 LONGEST_STEP = 1.0  # s
+UNMEASURED = 0.5  # s for which a pitch that is measured may stay the same
 SILENCE = 2.0  # s; without EstimatedState for longer, the vehicle is not controlled
 PARCELS = ("Heading", "Heading Rate", "Depth", "Altitude", "Pitch", "Roll")
 
@@ -181,8 +182,8 @@ class Attitude(Task):
             self.publish(imc.DesiredPitch(value=pitch))
         heading = self._heading_reference if mask & YAW and not mask & YAW_RATE else None
         rate = self._rate_reference if mask & YAW_RATE else None
-        astray = mask & VERTICAL and abs(pitch - state.theta) > math.radians(self.maximum_pitch_error or 180.0)
-        self._astray_since = min(self._astray_since, self.now) if astray else math.inf
+        if mask & VERTICAL:
+            self._compare_pitch(pitch, state.theta)
         k, m, n = self._attitude.step(state, AttitudeReference(pitch, heading, rate), dt)
         if heading is not None:
             self.publish(imc.DesiredHeadingRate(value=self._attitude.rate))
@@ -217,11 +218,23 @@ class Attitude(Task):
         elif not missing:
             self.set_entity_state(State.NORMAL, f"active, kept off the {depth.held}" if depth.held else "active")
 
+    def _compare_pitch(self, reference: float, pitch: float) -> None:
+        """Note since when pitch (rad) is far from its reference.
+
+        One that does not change at all is not measured, and a process that stands still controls it badly.
+        """
+        if pitch != self._pitch:
+            self._pitch, self._measured = pitch, self.now
+        astray = abs(reference - pitch) > math.radians(self.maximum_pitch_error or 180.0)
+        measured = self.age(self._measured) < UNMEASURED
+        counts = astray and measured and not self.recent_stall
+        self._astray_since = min(self._astray_since, self.now) if counts else math.inf
+
     def _begin_vertical(self) -> None:
         self._z: imc.DesiredZ | None = None
         self._pitch_reference: float | None = None
         self._missed: float | None = None
-        self._astray_since = math.inf
+        self._pitch, self._measured, self._astray_since = math.nan, self.now, math.inf
         self._began = self.now
         self._depth.reset()
         self._attitude.reset_pitch()
