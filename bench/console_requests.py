@@ -1,4 +1,4 @@
-"""What the 1,000th request of a console or ground station costs: each handler is asked at 45 Hz with large payloads.
+"""Cost of the 1,000th request of a console or ground station: each handler is asked at 45 Hz with large payloads.
 
 A shipped vehicle runs in virtual time; measured is the processor time of each 1/45 s with a request in it. A console
 must not delay EstimatedState by more than 0.1 s. A station asks over TCP, and reads the answers or, "blocked", none.

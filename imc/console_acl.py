@@ -1,4 +1,4 @@
-"""Who may command a vehicle over networks that prove no identity: systems, and where they send from."""
+"""Systems that may command a vehicle over networks that prove no identity, and the addresses they send from."""
 
 from collections.abc import Callable, Iterable
 from ipaddress import ip_address
@@ -17,7 +17,7 @@ REPORTS = frozenset(
         *(imc.AngularVelocity, imc.Acceleration, imc.EulerAngles, imc.Temperature, imc.Salinity, imc.WaterVelocity),
     )
 )
-"""What any announced system may send, because no task obeys it: other vehicles report where they are."""
+"""Messages that any announced system may send, because no task obeys them: reports of other vehicles."""
 OVER_ZENOH = "zenoh"
 """Stands for an address: zenoh does not say where a packet comes from."""
 MAVLINK = "mavlink:"

@@ -183,7 +183,7 @@ class TrueState:
         return self._states[-1][0].time if self._states else -math.inf
 
     def pose_at(self, time: float, oldest: float) -> WorldPose | None:
-        """Where the vehicle is at a time (s since 1970); None without a state of `oldest` s around it.
+        """The place of the vehicle at a time (s since 1970); None without a state of `oldest` s around it.
 
         A state before that is older, as after a stall of the process, does not count beside the one after.
         """

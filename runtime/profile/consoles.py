@@ -1,4 +1,4 @@
-"""Who may command a vehicle, as [General] Consoles of its profile says."""
+"""Consoles that may command a vehicle, as [General] Consoles of its profile lists them."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from runtime.task import ParameterError, Task
 
 
 def listed_consoles(task: Task, own: Sequence[str] = ()) -> ConsoleAcl:
-    """Who may command the vehicle of a task: its own list, or if this is empty that of [General].
+    """Consoles that may command the vehicle of a task: its own list, or if this is empty that of [General].
 
     Raises ParameterError.
     """

@@ -63,7 +63,7 @@ class EffectiveConfig:
         self._shared: dict[object, Any] = {}
 
     def shared_object(self, make: Callable[[ProfileValues], T]) -> T:
-        """What several tasks make of the effective configuration, such as a world; made again after a change."""
+        """A value that tasks derive from the effective configuration, such as a world; renewed after a change."""
         if make not in self._shared:
             self._shared[make] = make(self._settings)
         return self._shared[make]

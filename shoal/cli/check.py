@@ -87,7 +87,7 @@ def check(
 
 
 def _build_problems(profile: Profile, chosen: Collection[str] | None) -> list[Problem]:
-    """What building the vehicle shows in the chosen modes, or in each: values that tasks reject or doubt.
+    """Problems that building the vehicle shows in the chosen modes, or in each: values that tasks reject or doubt.
 
     A missing extra is an error only of chosen modes, since this computer need not run the others. What a mode lacks for
     plans is a note only where it is chosen.

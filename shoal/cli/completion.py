@@ -72,7 +72,7 @@ def completion_items(words: list[str], incomplete: str) -> list[CompletionItem]:
 
 
 class _Arguments(NamedTuple):
-    """What completes the arguments of a command: the first ones, None for a vehicle, and all further ones."""
+    """Completion of the arguments of a command: the first ones, None for a vehicle, and all further ones."""
 
     first: tuple[Completer | None, ...]
     further: Completer | None = None

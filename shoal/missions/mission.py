@@ -192,5 +192,8 @@ class Mission:
 
 
 def _total(texts: str) -> float:
-    """The value of Total in a list of PlanStatistics, NaN if it has none."""
-    return leading_number(parse_tuple_list(texts.replace(",", ";")).get("Total", "nan"))
+    """The value of Total in a list of PlanStatistics, NaN if it has none or no number."""
+    try:
+        return leading_number(parse_tuple_list(texts.replace(",", ";")).get("Total", ""))
+    except ValueError:
+        return math.nan

@@ -43,7 +43,7 @@ class Unlisted(Refused, NoAnswer):
 
 
 class ConsoleIdentity(NamedTuple):
-    """Who we are: a system id of operators, the name in keys and announcements, and what tells this run from others."""
+    """This console: a system id of operators, its name in keys and announcements, and a text that names this run."""
 
     id: int
     name: str
@@ -60,7 +60,7 @@ class ConsoleIdentity(NamedTuple):
         return cls(number, f"{who}-{number:04X}", str(time.time_ns()))
 
     def announcement(self, services: Iterable[Service]) -> imc.Announce:
-        """What makes us known to other systems."""
+        """The Announce of this console."""
         told = Services.from_system_info(services, uid=self.uid, imc=imc.builtin().version)
         return imc.Announce(sys_name=self.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(told))
 

@@ -30,7 +30,7 @@ MOST_WAITING = 1 << 16  # packets between zenoh's threads and ours
 AT_ONCE = 512
 MOST_PUBLISHERS = 4096
 CLOSING = 1.0  # s
-SETTLING = 0.02  # s until all who are there have been told to us
+SETTLING = 0.02  # s until zenoh has named all who are there
 LAST_TRY = 0.3  # s to wait for a connection that is being tried: most are made or refused at once
 
 
@@ -115,7 +115,7 @@ class ZenohLink:
         self._ask()
 
     def _announce_soon(self) -> None:
-        """Tell our name to those who have appeared, and from then on all again and again."""
+        """Announce us to those who have appeared, and from then on to all at intervals."""
         if self._announcing is not None:
             self._announcing.cancel()
         self._announcing = self._loop.call_later(SETTLING, self._announce)

@@ -24,7 +24,7 @@ DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
 STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
 SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can be
-COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster goes on for the time at the excess
+COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster coasts for the time at the excess
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
 SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
@@ -143,7 +143,7 @@ class Failsafe(Task):
 
     @consume
     def record_estimated_depth(self, state: imc.EstimatedState) -> None:
-        """Use the estimate where the sensor is silent: it goes on with the vertical speed."""
+        """Use the estimate where the sensor is silent: it continues with the vertical speed."""
         if math.isfinite(state.depth):
             self._estimated, self._estimated_depth = self.now, state.depth
 

@@ -16,7 +16,7 @@ ALL_LOOPS = 0xFFFFFFFF
 EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
 NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION = 15.0  # s
-PLANLESS = 3.0  # s that a maneuver of the own plan engine goes on without a plan
+PLANLESS = 3.0  # s that a maneuver of the own plan engine may last without a plan
 BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
 

@@ -213,7 +213,7 @@ class UDP(DatagramLinkTask):
         return None
 
     def answer_unlisted(self, packet: bytes) -> None:
-        """Tell a console why its order is not obeyed, where it takes packets."""
+        """Send a console the reason why its order is rejected, where it takes packets."""
         peer = self.peers.find(imc.packet_source(packet))
         if self.socket is None or peer is None or peer.endpoint is None or self.vehicles.withholds(peer.system):
             return

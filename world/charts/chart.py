@@ -59,7 +59,7 @@ class Chart:
         return self.radius if given is None or not self.scattered else min(max(given, self.radius), 4.0 * self.radius)
 
     def describe(self) -> str:
-        """What has been read, in one line."""
+        """The depths that were read, in one line."""
         depths = self.soundings[2]
         return (
             f"the bottom is that of {self.name}: {depths.size} depths of {depths.min():.1f} to {depths.max():.1f} m "
@@ -67,7 +67,7 @@ class Chart:
         )
 
     def describe_gaps(self, seabed: Bathymetry) -> str:
-        """How much of the window has no depth, in one line; empty if each place has one."""
+        """The share of the window without depth, in one line; empty if each place has one."""
         side = np.linspace(-self.reach, self.reach, SAMPLES).tolist()
         unknown = sum(not seabed.is_known(north, east) for north in side for east in side)  # integers
         if not unknown:

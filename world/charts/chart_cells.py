@@ -1,4 +1,4 @@
-"""What is read of a chart: places and their values, before it is known which way is up."""
+"""Places and values read from a chart, before it is known which way is up."""
 
 import math
 from collections.abc import Sequence

@@ -125,7 +125,7 @@ def _positive(dataset: Any) -> Positive:
 
 
 def _innermost(error: BaseException, path: Path) -> str:
-    """What GDAL said, in one line without the folder of the file."""
+    """The message of GDAL, in one line without the folder of the file."""
     while (cause := error.__cause__ or error.__context__) is not None:
         error = cause
     return " ".join(str(error).replace(str(path), path.name).split())

@@ -1,4 +1,4 @@
-"""Where a rolling shutter shows points that move."""
+"""Pixels of moving points under a rolling shutter."""
 
 from collections.abc import Callable
 

@@ -40,7 +40,7 @@ class _Range:
 
 @dataclass(slots=True)
 class _Reader:
-    """What is kept of one asker: the logs by the numbers that it received, beginning at `first`."""
+    """State of one asker: the logs by the numbers that it received, beginning at `first`."""
 
     heard: float
     first: int
