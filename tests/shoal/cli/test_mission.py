@@ -1,14 +1,16 @@
 """`shoal mission` and `shoal.fly` with a whole simulated vehicle."""
 
 import json
+import math
 import re
 import subprocess
 from pathlib import Path
 
 import pytest
 
+import imc
 from shoal import fly
-from shoal.missions import load_plan, locate_reason, parse_plan, prepare
+from shoal.missions import Mission, load_plan, locate_reason, parse_plan, prepare
 from tests.outside import NO_FILE, TOO_LARGE, largest_file
 from tests.shoal.cli.installed import SHOAL, shoal
 
@@ -124,6 +126,19 @@ def test_the_command_prints_what_came_of_it(tmp_path):
     assert [line.split()[0] for line in lines[1:]] == words
     (data,) = (tmp_path / "log" / "lauv-noptilus-1").glob("*/*_short/Data.lsf.gz")
     assert str(data.parent.relative_to(tmp_path)) in lines[-1]
+
+
+@pytest.mark.parametrize("texts", ["", "Total=", "Total=soon", "Execution=3.0", "Total=nan"])
+def test_an_estimate_that_is_no_number_is_unknown(texts, tmp_path):
+    vehicle = prepare("lauv-noptilus-1", log_root=None, state_folder=tmp_path).vehicle
+    flight = Mission(vehicle, parse_plan(SHORT))
+    statistics = imc.PlanStatistics(type=imc.PlanStatistics.Type.PREPLAN, durations=texts, fuel=texts)
+    vehicle.kernel.soon(vehicle.daemon.publish, statistics)
+    vehicle.start()
+    vehicle.run(0.1)
+    vehicle.close()
+    assert math.isnan(flight.report.estimated_seconds)
+    assert math.isnan(flight.report.estimated_energy)
 
 
 @pytest.mark.heavy

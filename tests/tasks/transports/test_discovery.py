@@ -1,6 +1,7 @@
 """Finding the systems around a shipped vehicle by what they announce, and being found."""
 
 import contextlib
+import itertools
 import socket
 import threading
 import time
@@ -8,13 +9,13 @@ import time
 import pytest
 
 import imc
-from imc.discovery import MULTICAST, Service, Services
+from imc.discovery import MULTICAST, PORTS, Service, Services
 from runtime.kernel import WallClock
 from runtime.network_interfaces import Interface
 from runtime.testing import simulate
 from support.log_limit import AT_ONCE
 from tasks.transports import discovery
-from tasks.transports.announce import BREAK, Announce
+from tasks.transports.announce import BREAK, MOST_SYSTEMS, Announce
 from tasks.transports.discovery import NEW_RATE, NEW_SYSTEMS
 from tasks.transports.imc_links import shared_discovery
 from tests.tasks.transports.imc_station import Station, afloat, free_ports
@@ -111,6 +112,34 @@ def test_who_could_use_no_service_gets_no_answer(kind, count):
 
     simulate(Announce, clock=WallClock(), seconds=0.2, address="0.0.0.0", script=meet)
     assert [place.port for place in sent if place.address == "203.0.113.9"].count(6001) == count
+
+
+def test_a_thousand_newcomers_are_answered_one_after_the_other_and_each_once():
+    sent = []
+
+    def newcomer(system, port):
+        services = Services.from_system_info([Service("imc+udp", "203.0.113.9", port)], uid=system)
+        message = imc.Announce(
+            src=system, sys_name=f"ccu-{system}", sys_type=imc.SystemType.CCU, services=str(services)
+        )
+        return imc.encode(message)
+
+    async def flood(script):
+        def send(by, message, places):
+            sent.extend((script.now, place.port) for place in places if place.address == "203.0.113.9")
+            return set()
+
+        script.task.vehicle.task("Transports.Announce").send = send
+        script.task.publish(imc.AnnounceService(service="ftp://10.0.0.7:21/", service_type=SERVICE["EXTERNAL"]))
+        for number in range(1000):
+            for port in (6001, 7000 + number):  # it moves while it waits
+                script.task.relay(newcomer(0x4400 + number, port))
+        await script.sleep(20.0)
+
+    simulate(Announce, seconds=21.0, address="0.0.0.0", enable_broadcast=False, enable_multicast=False, script=flood)
+    times, ports = zip(*(row for row in sent if row[1] < min(PORTS)), strict=True)
+    assert len(ports) == len(set(ports)) == MOST_SYSTEMS + 1
+    assert min(later - earlier for earlier, later in itertools.pairwise(times)) > 0.99 * BREAK
 
 
 @pytest.mark.heavy
