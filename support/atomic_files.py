@@ -3,50 +3,57 @@
 import contextlib
 import errno
 import os
+import secrets
 import shutil
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from support.file_errors import add_path_to_errors
 
-PART = ".part"  # in place of its suffix, what a file is called while it is written
-
 
 def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
-    """Replace the content of a file, which is on the disk afterwards; missing folders are made.
-
-    Whatever happens, the file has its old content or `data`. `mode` is its permissions, by default what the umask
-    leaves. Raises OSError that names the path, or that of the file beside it that is written first.
-    """
+    """Replace the content of a file by `data`, like `replace_file`; missing folders are made."""
     _make(path.parent)
-    part = path.with_suffix(PART)
+    with replace_file(path, mode) as file:
+        file.write(data)
+
+
+@contextmanager
+def replace_file(path: Path, mode: int | None = None, *, durable: bool = True) -> Generator[BinaryIO]:
+    """A file to write to, which becomes `path` at the end; after an error, `path` has its old content.
+
+    Afterwards the content is on the disk, and after a power cut it is the old or the new one, whole; without `durable`
+    this holds for the end of the process only, which takes no time. `mode` is the permissions, by default what the
+    umask leaves. Several may replace the same file at once: the last one wins. Raises OSError that names `path`.
+    """
+    part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
     try:
-        with (
-            add_path_to_errors(part),
-            open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode or 0o666), "wb") as file,
-        ):
+        with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode or 0o666), "wb") as file:
             if mode is not None:
                 os.chmod(part, mode)
-            file.write(data)
-        commit_file(part, path)
-    except BaseException:
+            yield file
+        if durable:
+            _commit(part, path)
+        else:
+            os.replace(part, path)
+    except OSError as error:
+        if error.filename not in (None, str(part)):
+            raise
+        raise OSError(error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)) from error
+    finally:
         with contextlib.suppress(OSError):
             part.unlink()
-        raise
 
 
-def commit_file(part: Path, path: Path) -> None:
-    """Rename a file that is written: also after a power cut, `path` has its old content or that of `part`, whole.
-
-    Raises OSError that names the path.
-    """
-    with add_path_to_errors(part):
-        descriptor = os.open(part, os.O_RDWR)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+def _commit(part: Path, path: Path) -> None:
+    """Rename a file that is written: also after a power cut, `path` has its old content or that of `part`, whole."""
+    descriptor = os.open(part, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
     os.replace(part, path)
     _sync(path.parent)
 
@@ -70,7 +77,7 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
     try:
         with add_path_to_errors(path):
             yield part
-            commit_file(part, path)
+            _commit(part, path)
     finally:
         part.unlink(missing_ok=True)
 
@@ -91,7 +98,7 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
             if path.is_dir():
                 for file in part.iterdir():
                     if file.is_file():
-                        commit_file(file, path / file.name)
+                        _commit(file, path / file.name)
                     else:
                         os.replace(file, path / file.name)
             else:

@@ -3,7 +3,7 @@
 import errno
 import hashlib
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from hmac import compare_digest
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +19,7 @@ from imc.lsf.index import LogIndex, TypeIndex, build_index
 from imc.lsf.parallel_gunzip import ParallelMap
 from imc.lsf.scanner import Batch, scan
 from imc.stream import Loss
+from support.atomic_files import replace_file
 
 SUFFIX = ".index"
 MAGIC = b"SHOALIX2"
@@ -149,18 +150,9 @@ def _key() -> bytes:
     if path.is_file() and len(found := path.read_bytes()) == KEY_SIZE:
         return found
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    _write(path, [made := os.urandom(KEY_SIZE)])
+    with replace_file(path, 0o600, durable=False) as file:
+        file.write(made := os.urandom(KEY_SIZE))
     return made
-
-
-def _write(path: Path, parts: Iterable[bytes | memoryview]) -> None:
-    waiting = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with open(os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-            file.writelines(parts)
-        waiting.replace(path)
-    finally:
-        waiting.unlink(missing_ok=True)
 
 
 def read_index(places: Sequence[Path], stamp: FileState, sync: int, crc: bool, *, packed: bool) -> LogIndex | None:
@@ -192,7 +184,8 @@ def write_index(log: Path, places: Sequence[Path], index: LogIndex, stamp: FileS
     for place in places:
         try:
             place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            _write(place, parts)
+            with replace_file(place, 0o600, durable=False) as file:
+                file.writelines(parts)
             if place.parent != log.parent:
                 _make_room(place.parent)
         except OSError:

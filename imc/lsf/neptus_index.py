@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from imc.lsf.log import Log
+from support.atomic_files import replace_file
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,28 +25,23 @@ def write_neptus_index(log: Log, path: Path | None = None) -> Path:
 
     path = path or log.path.parent / PLACE
     path.parent.mkdir(parents=True, exist_ok=True)
-    waiting = path.with_name(path.name + ".new")
     origin: float | None = None
-    try:
-        with waiting.open("wb") as file:
-            for batch in log.batches():
-                if not batch.starts.size:
-                    continue
-                times = batch.times()
-                if origin is None:
-                    origin = float(times[0])
-                    file.write(_HEAD.pack(MAGIC, origin))
-                entries = np.empty(times.size, _ENTRY)
-                elapsed = np.nan_to_num((times - origin) * 1000.0, posinf=np.inf, neginf=-np.inf)
-                entries["time"] = np.clip(elapsed, -(2**31), 2**31 - 1)
-                entries["id"] = batch.heads & 0xFFFF
-                entries["offset"] = batch.starts + batch.base
-                file.write(entries.tobytes())
+    with replace_file(path, durable=False) as file:
+        for batch in log.batches():
+            if not batch.starts.size:
+                continue
+            times = batch.times()
             if origin is None:
-                file.write(_HEAD.pack(MAGIC, 0.0))
-        waiting.replace(path)
-    finally:
-        waiting.unlink(missing_ok=True)
+                origin = float(times[0])
+                file.write(_HEAD.pack(MAGIC, origin))
+            entries = np.empty(times.size, _ENTRY)
+            elapsed = np.nan_to_num((times - origin) * 1000.0, posinf=np.inf, neginf=-np.inf)
+            entries["time"] = np.clip(elapsed, -(2**31), 2**31 - 1)
+            entries["id"] = batch.heads & 0xFFFF
+            entries["offset"] = batch.starts + batch.base
+            file.write(entries.tobytes())
+        if origin is None:
+            file.write(_HEAD.pack(MAGIC, 0.0))
     return path
 
 

@@ -3,7 +3,6 @@
 import errno
 import zlib
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +29,7 @@ from runtime.snapshot.task_state import (
 from runtime.snapshot.task_state_checksum import task_state_checksum
 from runtime.task import State, Task, with_location
 from runtime.vehicle import Vehicle
-from support.atomic_files import commit_file
-from support.file_errors import add_path_to_errors
+from support.atomic_files import replace_file
 
 FORMAT = "shoal snapshot 6"
 STATE, SUFFIX = "State-", ".msgpack"
@@ -210,16 +208,9 @@ def save_beside_log(vehicle: Vehicle, state: bytes) -> None:
     if folder is None:
         raise SnapshotError("snapshots are kept beside the log, and no task writes one")
     seconds = (vehicle.kernel.now_ns - nanoseconds(vehicle.start_time)) / SECOND
-    path = folder / f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
-    draft = path.with_name(f"{path.name}.new")
-    try:
-        with add_path_to_errors(draft):
-            draft.write_bytes(state)
-        commit_file(draft, path.with_name(f"{path.name}{SUFFIX}"))
-    except OSError:
-        with suppress(OSError):
-            draft.unlink()
-        raise
+    name = f"{STATE}{seconds:.9f}".rstrip("0").rstrip(".")
+    with replace_file(folder / f"{name}{SUFFIX}") as file:
+        file.write(state)
 
 
 def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:

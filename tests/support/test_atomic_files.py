@@ -6,13 +6,13 @@ import re
 import stat
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from runtime.profile import write_sections
-from shoal.campaigns.file_replacement import replace_file
-from support.atomic_files import new_file, new_folder, remove_file, write_file
+from support.atomic_files import new_file, new_folder, remove_file, replace_file, write_file
 from tests.outside import largest_file
 
 
@@ -28,7 +28,7 @@ def calls(monkeypatch):
             what = args[0]
             named = os.readlink(f"/proc/self/fd/{what}") if isinstance(what, int) else os.fspath(what)
             result = real(*args, **options)
-            made.append((name, Path(named).name))
+            made.append((name, re.sub(r"\.[0-9a-f]{8}\.part$", ".part", Path(named).name)))
             return result
 
         monkeypatch.setattr(os, name, call)
@@ -41,7 +41,7 @@ def calls(monkeypatch):
 def test_content_is_on_the_disk_before_its_name_and_the_name_before_it_returns(tmp_path, calls):
     write_file(tmp_path / "a.imc", b"new")
     assert (tmp_path / "a.imc").read_bytes() == b"new"
-    assert calls == [("fsync", "a.part"), ("replace", "a.part"), ("fsync", tmp_path.name)]
+    assert calls == [("fsync", "a.imc.part"), ("replace", "a.imc.part"), ("fsync", tmp_path.name)]
 
 
 def test_all_that_replace_files_put_the_content_on_the_disk_before_its_name(tmp_path, calls):
@@ -66,6 +66,31 @@ def test_all_that_replace_files_put_the_content_on_the_disk_before_its_name(tmp_
         (renamed,) = [place for place, (name, _) in enumerate(calls) if name == "replace"]
         assert calls[renamed - 1] == ("fsync", calls[renamed][1])
         assert calls[renamed + 1][0] == "fsync"
+
+
+def test_what_can_be_made_again_is_whole_without_waiting_for_the_disk(tmp_path, calls):
+    with replace_file(tmp_path / "a", durable=False) as file:
+        file.write(b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+    assert calls == [("replace", "a.part")]
+
+
+def test_two_may_replace_a_file_at_once(tmp_path):
+    """As two commands that note which vehicles there are."""
+    path = tmp_path / "a"
+    contents = [bytes([number]) * 1000 * number for number in range(1, 5)]
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda number: write_file(path, contents[number % 4]), range(40)))
+    assert path.read_bytes() in contents
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_error_of_another_file_keeps_its_name(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"old")
+    with pytest.raises(FileNotFoundError, match=re.escape(str(tmp_path / "source"))), replace_file(path) as file:
+        file.write((tmp_path / "source").read_bytes())
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a": b"old"}
 
 
 def test_a_new_folder_is_on_the_disk_too(tmp_path, calls):
@@ -93,10 +118,9 @@ def test_the_old_content_survives_a_failure_which_names_the_file(tmp_path, monke
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     monkeypatch.setattr(os, failing, fail)
-    with pytest.raises(OSError, match=re.escape(str(tmp_path)) if failing == "fsync" else None) as caught:
+    with pytest.raises(OSError, match=re.escape(str(path))) as caught:
         write_file(path, b"new")
-    assert caught.value.errno == errno.EIO
-    assert failing == "replace" or caught.value.filename == str(tmp_path / "a.part")
+    assert (caught.value.errno, caught.value.filename) == (errno.EIO, str(path))
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a.imc": b"old"}
 
 
@@ -108,7 +132,7 @@ def test_the_old_content_survives_a_full_disk_which_names_the_file(tmp_path):
     code += "except OSError as error: print(error.errno, error.filename)"
     with largest_file(50_000):
         done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True)
-    assert done.stdout.split() == [str(errno.EFBIG), str(tmp_path / "a.part")], done.stderr
+    assert done.stdout.split() == [str(errno.EFBIG), str(path)], done.stderr
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {"a.imc": b"old"}
 
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from shoal.campaigns.file_replacement import replace_file
 from shoal.campaigns.jobs import ResultRow, column_names, unpack_track
 from shoal.campaigns.optional_import import import_optional
+from support.atomic_files import replace_file
 
 _NUMBERS = ("margin", "seconds", "cpu", "metrics", "margins")
 _TRUTHS = ("finished", "passed", "verdicts", "applied")

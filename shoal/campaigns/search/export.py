@@ -6,10 +6,10 @@ from typing import Any
 
 import yaml
 
-from shoal.campaigns.file_replacement import replace_file
 from shoal.campaigns.jobs import SCENARIO_SUFFIX
 from shoal.campaigns.sampling import load_template
 from shoal.scenarios import ScenarioDocument
+from support.atomic_files import replace_file
 from support.located_yaml import Node
 from support.terminal_text import printable
 

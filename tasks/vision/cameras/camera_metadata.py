@@ -1,6 +1,5 @@
 """Descriptions of pictures in a log: a message for each frame, and a file that describes the cameras."""
 
-import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -10,7 +9,7 @@ import numpy as np
 import yaml
 
 import imc
-from support.atomic_files import commit_file
+from support.atomic_files import write_file
 from support.pose import Pose
 from support.rotations import Quaternion, quaternion_from_matrix
 from world.optics import CameraModel, FisheyeModel, Floats
@@ -73,25 +72,16 @@ def _parts(transform: Floats) -> tuple[tuple[float, ...], Quaternion]:
 def write_cameras(
     folder: Path,
     cameras: Mapping[str, tuple[CameraModel, Pose]],
-    part: str,
     readouts: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
-    """Write the models, mounts and readout times (s) of cameras, by entity label; returns an error text, or ""
-
-    `part` names the unfinished file, which no other writer may use.
-    """
+    """Write the models, mounts and readout times (s) of cameras, by entity label; returns an error text, or ""."""
     text = HEAD + yaml.safe_dump(
         {name: describe_camera(*camera, readouts.get(name, 0.0)) for name, camera in cameras.items()}, sort_keys=False
     )
     path = folder / CAMERAS_FILE
-    partial = folder / f"{part}.{CAMERAS_FILE}.part"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text)
-        commit_file(partial, path)
+        write_file(path, text.encode())
     except OSError as error:
-        with contextlib.suppress(OSError):
-            partial.unlink()
         return f"cannot write {path}: {error.strerror or error}"
     return ""
 

@@ -191,8 +191,7 @@ class ImageSaverTask(Task):
         cameras = [task for task in self.vehicle.tasks if isinstance(task, ImageSaverTask)]
         known = {task.entity.label: camera for task in cameras if (camera := task.model_and_mount) is not None}
         readouts = {task.entity.label: task.row_readout_time for task in cameras}
-        part = photo_name(self.entity.label, self._kept, self.now)
-        self.offload(write_cameras, folder, known, part, readouts, then=self._note_description)
+        self.offload(write_cameras, folder, known, readouts, then=self._note_description)
 
     def _within_logs(self, path: Path) -> str:
         path, root = path.resolve(), self._log_root.resolve()

@@ -1,6 +1,5 @@
 """Pictures on disk, and the events that request and describe them."""
 
-import contextlib
 import io
 import math
 import re
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import imc
+from support.atomic_files import replace_file
 
 TAKE, STOP = ORDERS = ("Take Pictures", "Stop Pictures")
 COMPRESSION = 1  # of 9: a third of the time of the default 6, for files a fifth larger
@@ -67,13 +67,10 @@ def write_picture(path: Path, image: NDArray[np.uint8], kind: str = "PNG") -> st
         picture.convert("RGB").save(packed, format=kind, quality=QUALITY)
     else:
         picture.save(packed, format=kind, **({"compress_level": COMPRESSION} if kind == "PNG" else {}))
-    partial = path.with_name(f"{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(packed.getvalue())
-        partial.replace(path)
+        with replace_file(path, durable=False) as file:
+            file.write(packed.getbuffer())
     except OSError as error:
-        with contextlib.suppress(OSError):
-            partial.unlink()
         return f"cannot write {path}: {error.strerror or error}"
     return ""

@@ -1,5 +1,8 @@
 """What an operator has set stays set."""
 
+import errno
+import os
+
 import pytest
 
 import imc
@@ -8,7 +11,7 @@ from runtime.testing import simulate
 from runtime.vehicle import Vehicle
 from tasks.monitors.operational_limits import OperationalLimits as Monitor
 from tasks.transports.cache import Cache
-from tests.outside import NO_SPACE
+from tests.outside import largest_file
 
 CONSOLE, VEHICLE = 0x4000, 0x001A
 LIMITS = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_DEPTH, max_depth=7.0)
@@ -116,12 +119,10 @@ def test_a_full_or_forbidden_disk_is_told(tmp_path):
 
 @pytest.mark.heavy
 def test_a_full_disk_is_told_with_the_file_that_did_not_fit(tmp_path):
-    folder = tmp_path / "lauv" / "Cache"
-    folder.mkdir(parents=True)
-    (folder / "OperationalLimits.part").symlink_to("/dev/full")
-    _, log = live(tmp_path, LIMITS, seconds=1.3)
-    expected = f"the cache cannot be written: {folder}/OperationalLimits.part: {NO_SPACE}"
-    assert expected in log
+    with largest_file(10):
+        _, log = live(tmp_path, LIMITS, seconds=1.3)
+    path = tmp_path / "lauv" / "Cache" / "OperationalLimits.imc"
+    assert f"the cache cannot be written: {path}: {os.strerror(errno.EFBIG)}" in log
 
 
 def test_a_virtual_run_keeps_nothing_for_the_next():

@@ -43,7 +43,7 @@ def test_pictures_go_on_as_those_of_the_uninterrupted_run(tmp_path):
     optics = PinholeModel(64, 48, 50.0, 51.0, 33.0, 23.0, -0.1, 0.01)
     (tmp_path / "rest").mkdir()
     others = {"Aft": (PinholeModel(64, 48, 90.0, 90.0, 32.0, 24.0), DOWN), "Front": (optics, DOWN)}
-    assert write_cameras(tmp_path / "whole", others, "1") == ""
+    assert write_cameras(tmp_path / "whole", others) == ""
     (tmp_path / "whole" / "mine.ini").write_text(PROFILE)
     words = ("-p", "Simulation", "--clock", "virtual", "--for", "6s", "--snapshot-every", "3s")
     shoal(tmp_path / "whole", "run", "mine.ini", *words)

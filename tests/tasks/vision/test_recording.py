@@ -90,9 +90,7 @@ def test_one_of_several_cameras_of_a_data_set(tmp_path):
     last = table.read_text().splitlines()[-1]
     table.with_name("rgb1.txt").write_text(f"# color images of Left_Camera\n{last}")
     lens = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 16), DOWN
-    write_cameras(
-        table.parent, {"Front": lens, "Left Camera": (PinholeModel(24, 16, 30.0, 20.0, 12.0, 8.0), DOWN)}, "1"
-    )
+    write_cameras(table.parent, {"Front": lens, "Left Camera": (PinholeModel(24, 16, 30.0, 20.0, 12.0, 8.0), DOWN)})
     for made, names in (("euroc", ("cam0", "cam1")), ("tum", ("rgb", "rgb1"))):
         for camera, number in (("", 0), (names[0], 0), (names[1], 2), ("Left Camera", 2), ("Left_Camera", 2)):
             run = played(tmp_path / made, camera=camera)
@@ -112,7 +110,7 @@ def test_tum(tmp_path):
 def test_photos_of_a_log_with_their_cameras(tmp_path):
     lens = FisheyeModel.from_lens(preset_lens("equisolid", math.pi), 16)
     pinhole = PinholeModel(24, 16, 20.0, 20.0, 12.0, 8.0)
-    write_cameras(tmp_path / "Photos", {"Fisheye Camera": (lens, DOWN), "Front": (pinhole, Pose())}, "1")
+    write_cameras(tmp_path / "Photos", {"Fisheye Camera": (lens, DOWN), "Front": (pinhole, Pose())})
     for number in range(4):
         for camera in ("Fisheye Camera", "Front"):
             kind = ("PNG", "QOI")[number % 2]

@@ -47,7 +47,7 @@ def described(tmp_path):
 
     def describe(readouts=None, **cameras):
         folder = tmp_path / f"Photos{next(numbers)}"
-        assert write_cameras(folder, cameras, "1", readouts or {}) == ""
+        assert write_cameras(folder, cameras, readouts or {}) == ""
         return folder, read_photo_cameras(folder)
 
     return describe

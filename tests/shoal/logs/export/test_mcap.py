@@ -286,7 +286,7 @@ def test_cameras_have_their_models_and_places(make_log, tmp_path):
     mounts = {"Front Camera": Pose(0.5, -0.1, 0.2, 0.0, 0.0, math.pi / 2), "Odd": DOWN}
     pinhole = PinholeModel(64, 48, 40.0, 41.0, 32.5, 24.5, -0.1, 0.01, 1e-3, 2e-3)
     models = {"Front Camera": pinhole, "Odd": DoubleSphereModel(64, 48, 40.0, 40.0, 32.5, 24.5, 0.1, 0.6)}
-    write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()}, "1")
+    write_cameras(log / "Photos", {name: (models[name], mount) for name, mount in mounts.items()})
     for camera in ("Front_Camera", "Odd"):
         (log / "Photos" / f"{camera}_000000_1700000000.500000.png").write_bytes(packed("PNG"))
     source = source_of(log)
