@@ -7,7 +7,7 @@ import imc
 from imc.discovery import check_address
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from support.terminal_text import quoted
-from support.token_bucket import TokenBucket
+from support.token_bucket import TokenBuckets
 
 REPORTS = frozenset(
     kind.ID
@@ -72,15 +72,11 @@ class OrderRefusals:
 
     def __init__(self, vehicle: str, system: int, place: str = GENERAL):
         self._system, self._place = system, f"{place} of {vehicle}"
-        self._answered: dict[int, TokenBucket] = {}
+        self._answered = TokenBuckets(1.0 / ANSWER_PERIOD, ANSWERS, MOST_ANSWERED)
 
     def answer(self, packet: bytes, now: float) -> bytes | None:
         """The packet to send to the source of an order that is not obeyed (s since 1970); None if it just got one."""
         source = imc.packet_source(packet)
-        if source not in self._answered:
-            if len(self._answered) >= MOST_ANSWERED:
-                del self._answered[next(iter(self._answered))]
-            self._answered[source] = TokenBucket(1.0 / ANSWER_PERIOD, ANSWERS, now)
         if source == UNKNOWN_SYSTEM or not self._answered[source].try_acquire(now):
             return None
         entry = imc.LogBookEntry(

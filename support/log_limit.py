@@ -11,9 +11,9 @@ RATE = 0.5  # per second in the long run
 class LogLimit:
     """Passes on lines of one kind; of many that come at once the first ones, and that there are `more`."""
 
-    def __init__(self, more: str, now: float):
+    def __init__(self, more: str):
         self._more = more
-        self._bucket = TokenBucket(RATE, AT_ONCE, now)
+        self._bucket = TokenBucket(RATE, AT_ONCE)
         self._is_open = True
 
     def write(self, log: Callable[[str], object], text: str, now: float) -> None:

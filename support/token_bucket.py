@@ -1,20 +1,55 @@
-"""A limit to how often something may happen."""
+"""A limit to how often something may happen, of one or of many."""
+
+import math
+from collections.abc import Hashable
 
 
 class TokenBucket:
-    """Lets through `rate` per second, and after a pause `burst` at the same time."""
+    """Lets through `rate` per second, and after a pause `burst` at the same time; at first, too.
 
-    def __init__(self, rate: float, burst: float, now: float):
-        self._rate = rate
-        self._burst = burst
-        self._left = burst
-        self._then = now
+    `left` was left at the time `now` (s). A caller that judges many at the same time may take from it itself.
+    """
+
+    __slots__ = ("burst", "left", "now", "rate")
+
+    def __init__(self, rate: float, burst: float):
+        self.rate, self.burst = rate, burst
+        self.left, self.now = burst, -math.inf
+
+    def refill(self, now: float) -> float:
+        """How much may pass at the time `now` (s)."""
+        if now != self.now:
+            self.left = min(self.burst, self.left + max(0.0, now - self.now) * self.rate)
+            self.now = now
+        return self.left
 
     def try_acquire(self, now: float, cost: float = 1.0) -> bool:
         """Whether one more, or what costs as much as `cost`, may pass at the time `now` (s)."""
-        self._left = min(self._burst, self._left + max(0.0, now - self._then) * self._rate)
-        self._then = now
-        if self._left < cost:
+        if self.refill(now) < cost:
             return False
-        self._left -= cost
+        self.left -= cost
         return True
+
+    def spend(self, now: float, cost: float) -> float:
+        """Take what has passed already; the time (s) until something more may pass."""
+        self.left = self.refill(now) - cost
+        return max(0.0, -self.left / self.rate)
+
+
+class TokenBuckets:
+    """A bucket for each of `most` keys; one more takes the place of the oldest."""
+
+    def __init__(self, rate: float, burst: float, most: int):
+        self._rate, self._burst, self._most = rate, burst, most
+        self._buckets: dict[Hashable, TokenBucket] = {}
+
+    def __len__(self) -> int:
+        return len(self._buckets)
+
+    def __getitem__(self, key: Hashable) -> TokenBucket:
+        found = self._buckets.get(key)
+        if found is None:
+            if len(self._buckets) >= self._most:
+                del self._buckets[next(iter(self._buckets))]
+            found = self._buckets[key] = TokenBucket(self._rate, self._burst)
+        return found

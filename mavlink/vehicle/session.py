@@ -92,7 +92,7 @@ class Session:
         self.contact = False
         self.refusal = ""  # why the orders of whoever has sent the present message are not obeyed
         self.received = SequenceTracker(speed)
-        self.bucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST, now)
+        self.bucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST)
         self.retry_period = (LOW_PATIENCE if self.low else PATIENCE) * speed
         self._transmit = transmit
         self._sign = traits.sign
@@ -106,7 +106,7 @@ class Session:
         self._file_due = now
         self._file_period = max(FILE_PERIOD, PACKETS_AT_ONCE * PART / (SHARE * line)) * speed
         rate, burst = (LOW_CHUNKS_PER_SECOND, LOW_CHUNK_BURST) if self.low else (TEXTS_PER_SECOND, TEXT_BURST)
-        self._texts = TokenBucket(rate / speed, burst, now)
+        self._texts = TokenBucket(rate / speed, burst)
         self._text_number = 0
         self._last_text = (now, "")
 

@@ -48,8 +48,8 @@ class DB(Task):
         self._reply_to_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
         self._copies = DuplicateRequests(self.system)
-        self._refusals = LogLimit("more requests are refused", self.now)
-        self._pace = TokenBucket(CHANGES, AT_ONCE, self.now)
+        self._refusals = LogLimit("more requests are refused")
+        self._pace = TokenBucket(CHANGES, AT_ONCE)
         self._waiting: deque[imc.PlanDB | imc.PlanControl] = deque()
         self._current: imc.PlanDBState | None = None
         self._published, self._is_due = -STATE_PERIOD, False

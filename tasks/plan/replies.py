@@ -4,7 +4,7 @@ import imc
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime import Task
 from support.log_limit import LogLimit
-from support.token_bucket import TokenBucket
+from support.token_bucket import TokenBuckets
 from tasks.plan.duplicate_requests import DuplicateRequests
 
 Op = imc.PlanControl.Op
@@ -23,18 +23,14 @@ class Replies:
     def __init__(self, task: Task):
         self._task = task
         self._copies = DuplicateRequests(task.system)
-        self._refusals = LogLimit("more requests are refused", task.now)
-        self._starts: dict[int, TokenBucket] = {}
+        self._refusals = LogLimit("more requests are refused")
+        self._starts = TokenBuckets(STARTS, AT_ONCE, MOST_SYSTEMS)
 
     def admits(self, request: imc.PlanControl) -> bool:
         """Whether to look at a request; one that would check more plans than a system may is refused here."""
         if request.op not in (Op.START, Op.LOAD) or request.src in (self._task.system, UNKNOWN_SYSTEM):
             return True
-        now = self._task.now
-        if request.src not in self._starts and len(self._starts) >= MOST_SYSTEMS:
-            del self._starts[next(iter(self._starts))]
-        bucket = self._starts.setdefault(request.src, TokenBucket(STARTS, AT_ONCE, now))
-        if bucket.try_acquire(now):
+        if self._starts[request.src].try_acquire(self._task.now):
             return True
         self.refuse(request, f"too many requests: {STARTS:g} plans per second are checked for each system")
         return False

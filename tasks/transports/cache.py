@@ -38,7 +38,7 @@ class Cache(Task):
         self._kinds = {schema[name] for name in self.messages if name in schema}
 
     def start(self) -> None:
-        self._lines = LogLimit("more CacheControl comes", self.now)
+        self._lines = LogLimit("more CacheControl comes")
         self._kept: dict[str, bytes] = {}
         self._changed: set[str] = set()
         self._writing = False

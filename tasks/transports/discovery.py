@@ -8,11 +8,11 @@ from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from runtime.network_interfaces import is_loopback_address
 from support.log_limit import LogLimit
-from support.token_bucket import TokenBucket
+from support.token_bucket import TokenBuckets
 from tasks.transports.imc_links import peer_table
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
-from tasks.transports.imc_links.peer_table import DropCounts, Peer
+from tasks.transports.imc_links.peer_table import DropCounts
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader
 from tasks.transports.imc_links.sockets import (
@@ -93,9 +93,11 @@ class Discovery(Task):
         self.trouble = ""
         self.drops = DropCounts()
         self.recent = DuplicateFilter(REMEMBERED)
-        self.senders: dict[str, Peer] = {}
-        self.new_systems: dict[str, TokenBucket] = {}  # by address: a flood from one keeps out nobody at another
-        self.new_lines = LogLimit("more new systems are within range", network_time(self))
+        self.remote_senders = TokenBuckets(RATE, RATE, MOST_SENDERS)
+        self.local_senders = TokenBuckets(LOCAL_RATE, LOCAL_RATE, MOST_SENDERS)
+        # By address: a flood from one keeps out nobody at another.
+        self.new_systems = TokenBuckets(NEW_RATE, NEW_SYSTEMS, MOST_SENDERS)
+        self.new_lines = LogLimit("more new systems are within range")
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.listen_or_follow()
@@ -235,19 +237,11 @@ class Discovery(Task):
 
     def try_acquire(self, address: str) -> bool:
         """Whether an address may send one more."""
-        sender = self.senders.get(address)
-        if sender is None:
-            if len(self.senders) >= MOST_SENDERS:
-                del self.senders[next(iter(self.senders))]
-            sender = self.senders[address] = Peer(UNKNOWN_SYSTEM, address)
-        return sender.try_acquire(network_time(self), LOCAL_RATE if is_loopback_address(address) else RATE)
+        senders = self.local_senders if is_loopback_address(address) else self.remote_senders
+        return senders[address].try_acquire(network_time(self))
 
     def try_acquire_new(self, address: str) -> bool:
         """Whether an address may announce one more new system."""
-        if address not in self.new_systems:
-            if len(self.new_systems) >= MOST_SENDERS:
-                del self.new_systems[next(iter(self.new_systems))]
-            self.new_systems[address] = TokenBucket(NEW_RATE, NEW_SYSTEMS, network_time(self))
         return self.new_systems[address].try_acquire(network_time(self))
 
     def record_sighting(self, system: int, name: str, uid: str, place: str) -> None:

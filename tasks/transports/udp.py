@@ -57,7 +57,7 @@ class UDP(DatagramLinkTask):
         self.socket: socket | None = None
         self.reader: DatagramReader | None = None
         self.trouble = ""
-        self.contact_lines = LogLimit("more systems come into contact, or lose it", network_time(self))
+        self.contact_lines = LogLimit("more systems come into contact, or lose it")
         super().start()
         self.open()
 

@@ -80,7 +80,8 @@ class DatagramLinkTask(ImcLinkTask):
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
             self.peers, self.positions = PeerTable(), RadioRange()
             self.vehicles = VehiclePeers(self.system)
-        self.peers.timeout, self.peers.kept = self.contact_timeout, self.commanders.listed
+        self.peers.timeout, self.peers.rate = self.contact_timeout, self.maximum_rate
+        self.peers.kept = self.commanders.listed
         self.peers.called = self.vehicles.called = reraise_as_parameter_error(
             "Call Systems", lambda: listed_systems(self.call_systems, id_of)
         )
@@ -90,7 +91,6 @@ class DatagramLinkTask(ImcLinkTask):
             self.commanders,
             static=self.static,
             ignore_filter=self.ignore_filter,
-            rate=self.maximum_rate,
         )
         self.reach: RadioRange | None = None
         if self.communication_range and "Simulation" in split_list(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from ipaddress import IPv4Address
 
 from imc.discovery import PERIOD, Endpoint, Services, displayable_name
+from support.token_bucket import TokenBucket
 
 MOST_PEERS = 64
 SHARE = MOST_PEERS // 4  # of one address; beyond it, its peers are the first to give way
@@ -38,6 +39,7 @@ class Peer:
 
     system: int
     name: str
+    bucket: TokenBucket  # of its datagrams
     uid: str = ""
     addresses: dict[str, tuple[int, float]] = field(default_factory=dict[str, tuple[int, float]])
     announced: float = -math.inf
@@ -48,8 +50,6 @@ class Peer:
     answered_at: float = -math.inf
     taken: bool = False
     commands: bool = False
-    tokens: float = math.inf  # datagrams that it may still send at once
-    tokens_at: float = 0.0  # when `tokens` was brought up to date (s)
 
     @property
     def endpoint(self) -> Endpoint | None:
@@ -73,30 +73,23 @@ class Peer:
         if len(self.sources) > MOST_ADDRESSES:
             del self.sources[next(iter(self.sources))]
 
-    def try_acquire(self, now: float, rate: float) -> bool:
-        """Whether it may send one more datagram; it may send `rate` per second, and as many at once after a pause."""
-        if now != self.tokens_at:
-            self.tokens = min(rate, self.tokens + max(0.0, now - self.tokens_at) * rate)
-            self.tokens_at = now
-        if self.tokens < 1.0:
-            return False
-        self.tokens -= 1.0
-        return True
-
 
 class PeerTable:
     """The peers of one vehicle, at most 64. If there are more, another one gives way: one that is not in contact, or of
     an address with more than its share, or that never commanded, or the longest silent; none in `kept` or `called`.
 
     A peer is in contact until it is silent for `timeout` seconds; those in `called` need not send anything first.
+    Each may send `rate` datagrams per second, and as many at once after a pause.
 
     A datagram is taken from an address that its system has announced. A sender on the loopback interface is on this
     computer whatever addresses it announces. A system that announces no address may send from any.
     """
 
-    def __init__(self, kept: Collection[int] = (), called: Collection[int] = (), timeout: float = 30.0):
+    def __init__(
+        self, kept: Collection[int] = (), called: Collection[int] = (), timeout: float = 30.0, rate: float = 2000.0
+    ):
         self.kept, self.called = kept, called
-        self.timeout = timeout
+        self.timeout, self.rate = timeout, rate
         self.by_id: dict[int, Peer] = {}
         self._gone: list[Peer] = []  # from contact, for others
 
@@ -115,7 +108,7 @@ class PeerTable:
         if peer is None:
             if len(self.by_id) >= MOST_PEERS and not self._make_room(now):
                 return None
-            peer = self.by_id[system] = Peer(system, displayable_name(name), tokens_at=now)
+            peer = self.by_id[system] = Peer(system, displayable_name(name), TokenBucket(self.rate, self.rate))
         if services.uid and services.uid != peer.uid:  # it has started again, maybe elsewhere
             peer.uid, peer.addresses, peer.sources = services.uid, {}, {}
         peer.name, peer.announced = displayable_name(name), now
@@ -129,14 +122,14 @@ class PeerTable:
         peer.addresses = dict(fresh[:MOST_ADDRESSES])
         return peer
 
-    def identify_sender(self, system: int, address: str, now: float, rate: float) -> Peer | str:
-        """The peer that a datagram is from; else why it is not taken. It may send `rate` per second."""
+    def identify_sender(self, system: int, address: str, now: float) -> Peer | str:
+        """The peer that a datagram is from; else why it is not taken."""
         peer = self.by_id.get(system)
         if peer is None:
             return UNKNOWN
         if peer.addresses and address not in peer.addresses and not address.startswith("127."):
             return ELSEWHERE
-        return peer if peer.try_acquire(now, rate) else TOO_FAST
+        return peer if peer.bucket.try_acquire(now) else TOO_FAST
 
     def contacts(self, now: float) -> list[tuple[Peer, Endpoint]]:
         """The peers that are in contact and can be sent to, and where."""

@@ -10,6 +10,7 @@ import imc
 from imc.console_acl import NOT_LISTED, REPORTS
 from runtime import param, periodic
 from runtime.kernel import Timer
+from support.token_bucket import TokenBucket
 from tasks.transports.imc_links.datagram_filter import SPOOFED
 from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.link_task import ImcLinkTask
@@ -33,16 +34,17 @@ ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3, "TCP_USER_TIM
 
 
 class PacketStream:
-    """One connection: a peer at `address`, called `name` in the log book."""
+    """One connection: a peer at `address`, called `name` in the log book, which may send `rate` packets per second."""
 
-    def __init__(self, opened: socket.socket, address: str, name: str, now: float):
+    def __init__(self, opened: socket.socket, address: str, name: str, now: float, rate: float):
         self.socket, self.address, self.name = opened, address, name
         self.parser = imc.StreamParser()
         self.waiting = bytearray()
         self.systems: OrderedDict[int, float] = OrderedDict()  # and when a packet of each came last (s)
         self.taken, self.commands = 0, False
         self.heard = now  # when it connected, or sent a packet last
-        self.left, self.filled = 0.0, now
+        self.bucket = TokenBucket(rate, rate)
+        self.bucket.spend(now, rate)  # who connects again and again gets no burst each time
         self.rubbish = self.lost = 0  # bytes that are no packets: since the last good one, and told in all
         self.greeted = False  # whether it was sent the last states, and so is sent all that follows
         self.awaited = False  # whether a timer will look behind an unfinished packet
@@ -79,12 +81,6 @@ class PacketStream:
             with suppress(OSError):  # a peer that lives nevertheless then ends the connection
                 self.socket.shutdown(socket.SHUT_WR)
         return True
-
-    def rate_limit_delay(self, cost: float, rate: float, now: float) -> float:
-        """The time (s) until the peer may send more, which has cost so much; it may `rate` per second."""
-        self.left = min(rate, self.left + max(0.0, now - self.filled) * rate) - cost
-        self.filled = now
-        return max(0.0, -self.left / rate)
 
     def add_system(self, system: int, now: float) -> None:
         """Note that a packet of a system came by this connection."""
@@ -192,9 +188,7 @@ class StreamLinkTask(ImcLinkTask):
         elif stream.rubbish > LONGEST_RUBBISH:
             self.close_stream(stream, "it sends no IMC")
         else:
-            pause = stream.rate_limit_delay(
-                len(packets or ()) + rubbish / RUBBISH, self.maximum_rate, network_time(self)
-            )
+            pause = stream.bucket.spend(network_time(self), len(packets or ()) + rubbish / RUBBISH)
             if pause and stream in self.streams:
                 self.unwatch(stream.socket)
                 schedule_network_timer(self, pause, self.resume, stream)

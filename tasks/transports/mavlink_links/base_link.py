@@ -65,7 +65,7 @@ class Link:
         self._host = host
         self._warned = False
         self._named: set[str] = set()
-        self._strangers = TokenBucket(DATAGRAMS_PER_SECOND / host.clock_speed, DATAGRAM_BURST, 0.0)
+        self._strangers = TokenBucket(DATAGRAMS_PER_SECOND / host.clock_speed, DATAGRAM_BURST)
 
     def open(self) -> None:
         """Open it; if that fails, the reason is logged once, and it may be called again."""

@@ -75,7 +75,7 @@ class Client(StreamLinkTask):
         opened, self.pending = self.pending, None
         self.trouble = ""
         self.log.info(f"connected with {name}")
-        stream = PacketStream(opened, self.server_address, name, network_time(self))
+        stream = PacketStream(opened, self.server_address, name, network_time(self), self.maximum_rate)
         self.add_stream(stream)
         self.greet(stream)
 

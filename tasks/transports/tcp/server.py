@@ -69,7 +69,7 @@ class Server(StreamLinkTask):
     def start(self) -> None:
         self.listener: socket.socket | None = None
         self.trouble, self.open_port = "", 0
-        self.vehicle_lines = LogLimit("more vehicles connect and get nothing", network_time(self))
+        self.vehicle_lines = LogLimit("more vehicles connect and get nothing")
         super().start()
         self.open()
 
@@ -108,7 +108,7 @@ class Server(StreamLinkTask):
                     self.log.warning(f"a connection failed: {error.strerror}")
                 break
             if len(self.streams) < self.maximum_connections or self.make_room(address):
-                stream = PacketStream(opened, address, f"{address}:{port}", network_time(self))
+                stream = PacketStream(opened, address, f"{address}:{port}", network_time(self), self.maximum_rate)
                 self.add_stream(stream)
                 schedule_network_timer(self, SILENT_FOR, self.greet_silent, stream)
                 continue

@@ -22,7 +22,7 @@ def test_who_asks_in_many_names_gets_no_more() -> None:
     granted = sum(allowance.try_acquire(asker, 40, 0.0) for asker in range(5000))
     assert granted == 30
     assert allowance.refused.total == 5000 - 30
-    assert len(allowance._left) <= MOST_ASKERS + 2
+    assert len(allowance._own) == MOST_ASKERS
 
 
 class Ear(Task):

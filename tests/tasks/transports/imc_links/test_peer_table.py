@@ -41,8 +41,8 @@ def packet(src=CONSOLE, message=None, order="little"):
 class Scene:
     """A gate and its peers; `sends` judges a packet and takes note of it."""
 
-    def __init__(self, *, consoles=(), **options):
-        self.peers = PeerTable()
+    def __init__(self, *, consoles=(), rate=2000.0, **options):
+        self.peers = PeerTable(rate=rate)
         self.gate = DatagramFilter(OWN, self.peers, ConsoleAcl(consoles, {"neptus": CONSOLE}.get), **options)
 
     def sends(self, data=None, address="10.0.0.7", port=6001, now=NOW):

@@ -1,0 +1,58 @@
+"""A rate and a burst, of one and of many."""
+
+import math
+
+from support.log_limit import AT_ONCE, RATE, LogLimit
+from support.token_bucket import TokenBucket, TokenBuckets
+
+
+def test_a_burst_passes_at_once_and_then_the_rate() -> None:
+    bucket = TokenBucket(10.0, 40.0)
+    assert sum(bucket.try_acquire(1e9) for _ in range(100)) == 40
+    assert sum(bucket.try_acquire(1e9 + second) for second in range(1, 11) for _ in range(100)) == 100
+    assert sum(bucket.try_acquire(2e9) for _ in range(100)) == 40, "a pause gives no more than the burst"
+
+
+def test_what_costs_more_than_is_left_takes_nothing() -> None:
+    bucket = TokenBucket(1.0, 10.0)
+    assert not bucket.try_acquire(0.0, 11.0)
+    assert bucket.try_acquire(0.0, 10.0)
+    assert bucket.refill(4.0) == 4.0
+    assert not bucket.try_acquire(4.0, 5.0)
+
+
+def test_a_clock_that_is_set_back_neither_gives_nor_takes() -> None:
+    bucket = TokenBucket(1.0, 2.0)
+    assert bucket.try_acquire(100.0, 2.0)
+    assert not bucket.try_acquire(50.0)
+    assert bucket.try_acquire(51.0)
+
+
+def test_what_has_passed_already_is_paid_by_waiting() -> None:
+    bucket = TokenBucket(10.0, 10.0)
+    assert bucket.spend(0.0, 10.0) == 0.0
+    assert bucket.spend(0.0, 25.0) == 2.5
+    assert bucket.spend(2.5, 0.0) == 0.0
+
+
+def test_each_has_its_own_bucket_and_the_oldest_gives_way() -> None:
+    buckets = TokenBuckets(1.0, 1.0, 2)
+    assert [buckets[name].try_acquire(0.0) for name in "aab"] == [True, False, True]
+    assert buckets["c"].try_acquire(0.0)
+    assert len(buckets) == 2
+    assert not buckets["b"].try_acquire(0.0)
+    assert buckets["a"].left == 1.0, "it is new again"
+
+
+def test_the_first_of_many_lines_are_logged_and_that_there_are_more() -> None:
+    lines: list[str] = []
+    limit = LogLimit("more requests are refused")
+    for number in range(3 * AT_ONCE):
+        limit.write(lines.append, f"request {number}", 5.0)
+    assert len(lines) == AT_ONCE + 1
+    assert lines[AT_ONCE - 1 :] == [
+        f"request {AT_ONCE - 1}",
+        "more requests are refused, which are not logged one by one",
+    ]
+    limit.write(lines.append, "later", 5.0 + math.ceil(1.0 / RATE))
+    assert lines[-1] == "later"
