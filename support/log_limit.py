@@ -1,6 +1,7 @@
-"""Lines of one kind in the log book, of which others may cause any number."""
+"""Limits what is logged of events that others may cause in any number."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Hashable
 
 from support.token_bucket import TokenBucket
 
@@ -22,3 +23,31 @@ class LogLimit:
         if is_open or self._is_open:
             log(text if is_open else f"{self._more}, which are not logged one by one")
         self._is_open = is_open
+
+
+class ReportLimit:
+    """Lets one report on each subject through in a `period`, in the unit of `now`; without a period, one for good.
+
+    Reports on more than `most` subjects in this time are left out.
+    """
+
+    def __init__(self, period: float = math.inf, most: int = 64):
+        self._period = period
+        self._most = most
+        self._last: dict[Hashable, float] = {}
+
+    @property
+    def is_full(self) -> bool:
+        """Whether reports on further subjects are left out."""
+        return len(self._last) >= self._most
+
+    def is_due(self, subject: Hashable = "", now: float = 0.0) -> bool:
+        """Whether to report on a subject at the time `now`; if so, the caller does."""
+        if now - self._last.get(subject, -math.inf) < self._period:
+            return False
+        if subject not in self._last and self.is_full:
+            self._last = {each: last for each, last in self._last.items() if now - last < self._period}
+            if self.is_full:
+                return False
+        self._last[subject] = now
+        return True

@@ -1,36 +1,42 @@
-"""Counts what is dropped because too much arrives, by the systems that send it."""
+"""Counts what is dropped because too much arrives, by those who send it."""
 
 from collections import Counter
-
-from imc.reserved_ids import UNKNOWN_SYSTEM
+from collections.abc import Hashable
+from typing import Generic, TypeVar
 
 MOST_NAMED = 256
 
+Sender = TypeVar("Sender", bound=Hashable)
 
-class DropCounter:
-    """What was dropped: `total`, and since the last `drain` by source (IMC id).
 
-    With more than MOST_NAMED sources those with the smallest counts become UNKNOWN_SYSTEM, so that many names do not
-    hide who sends most.
+class DropCounter(Generic[Sender]):
+    """What was dropped: `total`, and since the last `drain` by source; it is true if something was.
+
+    With more than MOST_NAMED sources those with the smallest counts become `others`, so that many names do not hide who
+    sends most.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, others: Sender) -> None:
         self.total = 0
-        self._by_source: Counter[int] = Counter()
+        self._others = others
+        self._by_source: Counter[Sender] = Counter()
 
-    def count(self, source: int) -> None:
-        self.total += 1
+    def __bool__(self) -> bool:
+        return bool(self._by_source)
+
+    def count(self, source: Sender, number: int = 1) -> None:
+        self.total += number
         if source not in self._by_source and len(self._by_source) >= MOST_NAMED:
             self._by_source = self._worst()
-        self._by_source[source] += 1
+        self._by_source[source] += number
 
-    def drain(self) -> Counter[int]:
+    def drain(self) -> Counter[Sender]:
         """The counts by source since the last call."""
         found, self._by_source = self._by_source, Counter()
         return found
 
-    def _worst(self) -> Counter[int]:
+    def _worst(self) -> Counter[Sender]:
         """The half with the largest counts, and the sum of the others."""
         named = Counter(dict(self._by_source.most_common(MOST_NAMED // 2)))
-        named[UNKNOWN_SYSTEM] += self._by_source.total() - named.total()
+        named[self._others] += self._by_source.total() - named.total()
         return named

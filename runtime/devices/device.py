@@ -9,6 +9,7 @@ from runtime.devices.connections import Address, Connection, Datagram, UdpConnec
 from runtime.devices.framing import Splitter
 from runtime.devices.scripted_input import TimedData
 from runtime.kernel import SECOND, Readable
+from support.log_limit import ReportLimit
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 CONNECT_TIMEOUT, CONNECT_PERIOD = 5.0, 0.05  # s
@@ -86,7 +87,7 @@ class Device:
         self._flushing = self._closed = self._paused = self._connecting = False
         self._retry = FIRST_RETRY
         self._told = ""
-        self._logged: dict[str, int] = {}  # ns; when each trouble was logged last
+        self._logged = ReportLimit(LOG_PERIOD)
         self._heard_at = 0
         self._second, self._pieces, self._bytes, self._work = 0, 0, 0, 0
         self._unheeded = 0  # bytes since the last good piece
@@ -275,9 +276,8 @@ class Device:
         self._trouble(named)
         if self._closed:
             return
-        now = self._owner.now_ns
-        if text != self._told and now - self._logged.get(text, -LOG_PERIOD) >= LOG_PERIOD:
-            self._told, self._logged[text] = text, now
+        if text != self._told and self._logged.is_due(text, self._owner.now_ns):
+            self._told = text
             self._log.error(named)
 
     def _drop(self) -> None:

@@ -6,11 +6,11 @@ import imc
 from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime.task import Entity, consume, periodic
 from runtime.vehicle.parameter_service import ParameterService
+from support.log_limit import ReportLimit
 
 ANY_ENTITY = UNKNOWN_ENTITY
 REPORT_PERIOD = 10.0  # s
 MOST_NAMED = 5
-MOST_DECLINED = 64  # entries in the log book about messages that cannot be read
 
 
 class Daemon(ParameterService):
@@ -18,15 +18,14 @@ class Daemon(ParameterService):
 
     def configure(self) -> None:
         super().configure()
-        self._tell_next = 0.0
+        self._excess = ReportLimit(REPORT_PERIOD)
+        self._malformed = ReportLimit()
         self._has_told_all = False
-        self._declined: set[tuple[int, str]] = set()
 
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
 
     def stop(self) -> None:
-        self._tell_next = 0.0
         self._report_excess()
         if malformed := self.vehicle.bus.malformed:
             self.log.warning(f"{malformed} malformed packet{'s' * (malformed != 1)} of others dropped in this run")
@@ -44,7 +43,9 @@ class Daemon(ParameterService):
         for entity in self.vehicle.entities:
             if entity.stateful and self.reports_state_of(entity):
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
-        self._report_excess()
+        dropped = self.vehicle.bus.inbox.dropped or self.reply_quota.refused
+        if dropped and self._excess.is_due(now=self.now):
+            self._report_excess()
 
     def _tell_all(self) -> None:
         """Publish what a bus keeps for those who join later: the entities, and their parameters."""
@@ -75,17 +76,14 @@ class Daemon(ParameterService):
         return imc.EntityList(op=imc.EntityList.Op.REPORT, list=text)
 
     def _report_excess(self) -> None:
-        """Log who sends or asks too much, at most once in REPORT_PERIOD."""
+        """Log who sends or asks too much."""
         excess = (("packets", self.vehicle.bus.inbox.drain_dropped), ("requests", self.reply_quota.refused.drain))
-        if self.now < self._tell_next:
-            return
         name, counts = self.vehicle.systems.name, Counter[str]()
         for kind, drain in excess:
             for source, number in drain().items():
                 counts[f"{kind} from {name(source) if source != UNKNOWN_SYSTEM else 'further systems'}"] += number
         if not counts:
             return
-        self._tell_next = self.now + REPORT_PERIOD
         worst = counts.most_common()
         listed = ", ".join(f"{number} {source}" for source, number in worst[:MOST_NAMED])
         rest = f" and from {len(worst) - MOST_NAMED} more" if len(worst) > MOST_NAMED else ""
@@ -98,9 +96,8 @@ class Daemon(ParameterService):
 
     def log_malformed(self, source: int, why: str) -> None:
         """Log who has sent what this vehicle cannot read: once for each system and reason."""
-        if (source, why) not in self._declined and len(self._declined) < MOST_DECLINED and self._is_main:
-            self._declined.add((source, why))
-            rest = "; further ones are not named" if len(self._declined) == MOST_DECLINED else ""
+        if self._is_main and self._malformed.is_due((source, why)):
+            rest = "; further ones are not named" if self._malformed.is_full else ""
             self.log.warning(f"packet from 0x{source:04X} dropped: {why}{rest}")
 
     @consume(others=True)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from runtime.kernel import SECOND
 from runtime.task import State
+from support.log_limit import ReportLimit
 
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
@@ -38,8 +39,7 @@ class RealtimeLag:
         self._all_missed = self._all_due = 0
         self._at: tuple[float, int] | None = None
         self._ticks: dict[str, tuple[int, int]] = {}  # missed and due, by task
-        self._told: dict[str, float] = {}
-        self._named: set[str] = set()
+        self._warnings, self._hung = ReportLimit(SILENCE), ReportLimit()
         self._offset = self._system_time()
         self._polled, self._stalled_until = 0, math.inf
 
@@ -132,12 +132,9 @@ class RealtimeLag:
 
     def _look_at_workers(self) -> None:
         for title, seconds in self._vehicle.worker.current_work():
-            if seconds > HUNG and title not in self._named:
-                self._named.add(title)
+            if seconds > HUNG and self._hung.is_due(title):
                 self._vehicle.daemon.log.warning(f"offloaded work has not returned for {seconds:.0f} s: {title}")
 
     def _warn(self, kind: str, text: str) -> None:
-        now = time.monotonic()
-        if now - self._told.get(kind, -SILENCE) >= SILENCE:
-            self._told[kind] = now
+        if self._warnings.is_due(kind, time.monotonic()):
             self._vehicle.daemon.log.warning(text)

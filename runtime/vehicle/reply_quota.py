@@ -1,5 +1,6 @@
 """Limits the replies to each asker, so that nobody keeps a vehicle busy with questions."""
 
+from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus import DropCounter
 from support.token_bucket import TokenBucket, TokenBuckets
 
@@ -15,7 +16,7 @@ class ReplyQuota:
     """
 
     def __init__(self) -> None:
-        self.refused = DropCounter()
+        self.refused = DropCounter(UNKNOWN_SYSTEM)
         self._own = TokenBuckets(RATE, BURST, MOST_ASKERS)
         self._shared = TokenBucket(RATE_OF_ALL, BURST_OF_ALL)
 

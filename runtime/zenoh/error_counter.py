@@ -5,6 +5,8 @@ import threading
 import time
 from collections.abc import Callable
 
+from support.log_limit import ReportLimit
+
 REPORT_PERIOD = 10.0  # s
 
 logger = logging.getLogger("shoal.zenoh")
@@ -18,16 +20,15 @@ class ErrorCounter:
         self._what = what
         self._report = report
         self._told = 0
-        self._next = self._last = 0.0
+        self._limit, self._last = ReportLimit(REPORT_PERIOD), 0.0
         self._lock = threading.Lock()
 
     def count(self, detail: object, number: int = 1) -> None:
         with self._lock:
             self.total += number
-            now = self._last = time.monotonic()
-            if now < self._next:
+            self._last = time.monotonic()
+            if not self._limit.is_due(now=self._last):
                 return
-            self._next = now + REPORT_PERIOD
         self.report(detail)
 
     def report(self, detail: object) -> None:

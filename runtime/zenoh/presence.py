@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 from runtime.network_interfaces import interfaces
 from runtime.zenoh.error_counter import REPORT_PERIOD
 from runtime.zenoh.key_expressions import PREFIX, alive_key, key_chunk
+from support.log_limit import ReportLimit
 
 if TYPE_CHECKING:
     import zenoh
@@ -135,7 +136,7 @@ class Presence:
         self._others: dict[str, SiblingProcess] = {}
         self._changed = threading.Condition()
         self._accepted = self._has_told = False
-        self._tell_next = 0.0
+        self._twins = ReportLimit(REPORT_PERIOD)
         self._tell_process = note
         self._watching: Any = None
         self._alive: Any = None
@@ -250,8 +251,7 @@ class Presence:
             self._changed.notify_all()
             is_twin = cast(Any, sample).kind == zenoh.SampleKind.PUT and other.entities & self._part.entities
             twins = sum(o.phase == RUNNING and bool(o.entities & self._part.entities) for o in self._others.values())
-        if self._accepted and is_twin and other.phase == RUNNING and (now := time.monotonic()) >= self._tell_next:
-            self._tell_next = now + REPORT_PERIOD
+        if self._accepted and is_twin and other.phase == RUNNING and self._twins.is_due(now=time.monotonic()):
             more = f", and in {twins - 1} more processes" if twins > 1 else ""
             self._tell(
                 f"{self._part.vehicle} also runs {other.place_and_start}{more}; its packets are ignored here. "

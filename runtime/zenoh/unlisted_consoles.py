@@ -7,8 +7,8 @@ import imc
 from imc.console_acl import NOT_LISTED, OVER_ZENOH, ConsoleAcl, OrderRefusals
 from imc.discovery import displayable_name
 from runtime.zenoh.presence import ProcessPart
+from support.log_limit import ReportLimit
 
-MOST_NAMED = 64
 ANYBODY = ConsoleAcl((), lambda _: None)
 
 
@@ -32,7 +32,7 @@ class UnlistedConsoles:
         self._refusals = OrderRefusals(part.vehicle, part.system) if part is not None else OrderRefusals("", 0)
         self._tell = tell
         self._send = send
-        self._named: set[int] = set()
+        self._named = ReportLimit()
 
     def may_send(self, packet: bytes) -> bool:
         """Whether the source of a packet (SMALLEST_PACKET or longer) is listed, or only reports."""
@@ -44,8 +44,7 @@ class UnlistedConsoles:
         """Count an order of a system that calls itself `name`, and name it once; returns the reason."""
         source = imc.packet_source(packet)
         self.rejected += 1
-        if self._says and source not in self._named and len(self._named) < MOST_NAMED:
-            self._named.add(source)
+        if self._says and self._named.is_due(source):
             name = displayable_name(name)
             known = f" ({name})" if name not in ("", f"0x{source:04X}") else ""
             self._tell(f"packet from 0x{source:04X}{known} over zenoh dropped: {NOT_LISTED} (see [General] Consoles)")

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import imc
 from imc.coordinates import absolute_position
 from runtime import param
+from support.log_limit import ReportLimit
 from support.wgs84 import displace, displacement
 from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 
@@ -59,7 +60,7 @@ class FollowSystem(Maneuver):
         self._order, self._heading = order, -math.inf
         self._seen: _Sighting | None = None
         self._mark: tuple[float, float] | None = None  # where the course over ground begins
-        self._told: set[str] = set()
+        self._rejected = ReportLimit()
         began = heard = self.now
         end = began + order.duration if order.duration else math.inf
         await self.wait_for_state()
@@ -87,9 +88,8 @@ class FollowSystem(Maneuver):
         if not used or report.src != self._order.system or place == NOWHERE:
             return None
         if why := self._reject_reason(*place):
-            if why not in self._told:
+            if self._rejected.is_due(why):
                 self.log.warning(f"rejecting a position of {self._name()}: {why}")
-            self._told.add(why)
             return None
         if isinstance(report, imc.RemoteState):
             self._heading = self.now

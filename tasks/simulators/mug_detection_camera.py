@@ -5,6 +5,7 @@ from collections import Counter
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support.log_limit import ReportLimit
 from support.pose import DOWN, Pose
 from tasks.pose_history import PoseHistory
 from tasks.simulated_world import (
@@ -161,7 +162,7 @@ class MUGDetectionCamera(Task):
         self._seen_something = False
         self._first = self._last = -math.inf
         self._image = -1
-        self._warned, self._began = -math.inf, self.now
+        self._warnings, self._began = ReportLimit(1.0), self.now
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
 
     @consume
@@ -302,8 +303,7 @@ class MUGDetectionCamera(Task):
         seen_nothing_yet = not self._seen_something and self.now - self._began < SETTLING
         if fault == NO_ALTITUDE and seen_nothing_yet:
             return
-        if self.now - self._warned >= 1.0:
-            self._warned = self.now
+        if self._warnings.is_due(now=self.now):
             self.log.warning(description)
 
     def _due(self, time: float) -> bool:

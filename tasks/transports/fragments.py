@@ -3,8 +3,7 @@
 import imc
 from imc.fragments import FragmentAssembler
 from runtime import State, Task, consume, param, periodic
-
-MOST_NAMED = 64
+from support.log_limit import ReportLimit
 
 
 class Fragments(Task):
@@ -20,8 +19,7 @@ class Fragments(Task):
 
     def start(self) -> None:
         self._assembler = FragmentAssembler()
-        self._complained: set[int] = set()
-        self._named: set[tuple[int, str]] = set()
+        self._malformed, self._lost = ReportLimit(), ReportLimit()
 
     @consume(others=True)
     def on_message_part(self, part: imc.MessagePart) -> None:
@@ -32,8 +30,7 @@ class Fragments(Task):
             if packet is not None:
                 self.relay(packet)
         except imc.DecodeError as error:
-            if part.src not in self._complained and len(self._complained) < MOST_NAMED:
-                self._complained.add(part.src)
+            if self._malformed.is_due(part.src):
                 name = self.vehicle.systems.name(part.src)
                 self.log.warning(f"pieces of a message from {name} dropped: {error.reason}; no more are reported")
 
@@ -47,8 +44,7 @@ class Fragments(Task):
             self.publish(request)
         self._assembler.expire(self.now - 2.0 * self.reception_timeout)
         for system, why in self._assembler.given_up:
-            if (system, why) not in self._named:
-                self._named.add((system, why))
+            if self._lost.is_due((system, why)):
                 name = self.vehicle.systems.name(system)
                 self.log.warning(f"message in pieces from {name} lost: {why}; further ones are counted")
         if counts := self._assembler.counts:

@@ -5,6 +5,7 @@ from pathlib import Path
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
 from runtime.profile import listed_consoles
+from support.log_limit import ReportLimit
 from tasks.transports.ftp_server import FTPServer
 from tasks.transports.imc_links.port_search import announce_listening_service
 from tasks.transports.imc_links.sockets import listen_address
@@ -51,7 +52,7 @@ class FTP(Task):
         self._server: FTPServer | None = None
         self._trouble = ""
         self._tales: list[str] = []
-        self._told, self._untold = 0.0, 0
+        self._told, self._untold = ReportLimit(TELL_PERIOD), 0
         self._open()
 
     def stop(self) -> None:
@@ -70,10 +71,10 @@ class FTP(Task):
         counts = ", ".join(f"{number} {what}" for what, number in sorted(self._server.counts.copy().items()))
         figures = f"port {self.port}: {self._server.sessions} clients" + (f"; files: {counts}" if counts else "")
         self.set_entity_state(State.NORMAL, figures)
-        if self._tales and self.now - self._told >= TELL_PERIOD:
+        if self._tales and self._told.is_due(now=self.now):
             rest = f"; and {self._untold} more" if self._untold else ""
             self.log.warning("; ".join(self._tales) + rest)
-            self._tales, self._untold, self._told = [], 0, self.now
+            self._tales, self._untold = [], 0
 
     def _open(self) -> None:
         folder = self.vehicle.log_root / self.system_name

@@ -1,8 +1,5 @@
 """A rate and a burst, of one and of many."""
 
-import math
-
-from support.log_limit import AT_ONCE, RATE, LogLimit
 from support.token_bucket import TokenBucket, TokenBuckets
 
 
@@ -42,17 +39,3 @@ def test_each_has_its_own_bucket_and_the_oldest_gives_way() -> None:
     assert len(buckets) == 2
     assert not buckets["b"].try_acquire(0.0)
     assert buckets["a"].left == 1.0, "it is new again"
-
-
-def test_the_first_of_many_lines_are_logged_and_that_there_are_more() -> None:
-    lines: list[str] = []
-    limit = LogLimit("more requests are refused")
-    for number in range(3 * AT_ONCE):
-        limit.write(lines.append, f"request {number}", 5.0)
-    assert len(lines) == AT_ONCE + 1
-    assert lines[AT_ONCE - 1 :] == [
-        f"request {AT_ONCE - 1}",
-        "more requests are refused, which are not logged one by one",
-    ]
-    limit.write(lines.append, "later", 5.0 + math.ceil(1.0 / RATE))
-    assert lines[-1] == "later"

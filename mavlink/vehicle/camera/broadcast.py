@@ -10,10 +10,10 @@ from mavlink.vehicle.camera.service import acknowledge_parameter, send_image_cap
 from mavlink.vehicle.model import VehicleModel
 from mavlink.vehicle.session import Session
 from support import wgs84
+from support.log_limit import ReportLimit
 
 CHANGED, FAILED = 0, 2  # PARAM_ACK
 DETECTION_PERIOD = 5.0  # s between lines on the same object
-DETECTIONS = 64
 
 
 class CameraBroadcast:
@@ -30,7 +30,7 @@ class CameraBroadcast:
         self._cameras = cameras
         self._sessions = sessions
         self._send_statustext = send_statustext
-        self._detected: dict[int, float] = {}
+        self._detected = ReportLimit(DETECTION_PERIOD)
 
     def update(self, message: imc.Event | imc.EstimatedMugState | imc.EntityParameters, label: str, now: float) -> None:
         """Take a message of the entity with this label."""
@@ -57,12 +57,8 @@ class CameraBroadcast:
 
     def _tell_detection(self, mug: imc.EstimatedMugState, now: float) -> None:
         """Send one line per MUG, repeated after DETECTION_PERIOD s."""
-        if now - self._detected.get(mug.id, -DETECTION_PERIOD) < DETECTION_PERIOD:
-            return
-        if len(self._detected) >= DETECTIONS:
-            self._detected.clear()
-        self._detected[mug.id] = now
-        self._send_statustext(statustext.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
+        if self._detected.is_due(mug.id, now):
+            self._send_statustext(statustext.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))
 
     def _place(self, north: float, east: float) -> str:
         """Latitude and longitude (degrees) of a point at an offset (m) from the vehicle; the offset if unknown."""

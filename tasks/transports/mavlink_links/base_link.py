@@ -8,7 +8,9 @@ from typing import Any, Protocol
 from imc.console_acl import ConsoleAcl
 from mavlink import UNSIGNED, LinkUrl, ReceivedMessage, Signing, StreamSplitter, split
 from mavlink.vehicle import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session, VehicleEndpoint
+from runtime.bus import DropCounter
 from runtime.devices import DeviceOwner
+from support.log_limit import ReportLimit
 from support.token_bucket import TokenBucket
 from tasks.transports.mavlink_links.signing_keys import SigningKeys
 
@@ -16,7 +18,6 @@ Peer = tuple[Any, ...]
 """The address of a peer: of a socket, or the device of a serial line."""
 
 LARGE = 256.0  # bytes that cost as much as a message
-MOST_NAMED = 64
 OTHERS = ("others", 0)
 SILENCE = 5.0  # s after which a station may have to make room for another
 
@@ -57,14 +58,14 @@ class Link:
         self.url = url
         self.sessions: dict[Peer, Session] = {}
         self.counts: Counter[str] = Counter()
-        self.dropped: Counter[Peer] = Counter()
+        self.dropped = DropCounter[Peer](OTHERS)
         self.trouble = ""
         self.signing: Signing | None = None
         self.is_open = False
         self._number = number
         self._host = host
         self._warned = False
-        self._named: set[str] = set()
+        self._named = ReportLimit()
         self._strangers = TokenBucket(DATAGRAMS_PER_SECOND / host.clock_speed, DATAGRAM_BURST)
 
     def open(self) -> None:
@@ -185,15 +186,14 @@ class Link:
         self.warn_once(str(peer[0]), f"{full}: {peer[0]} was refused")
 
     def warn_once(self, who: str, words: str) -> None:
-        if who not in self._named and len(self._named) < MOST_NAMED:
-            self._named.add(who)
+        if self._named.is_due(who):
             self._host.log.warning(f"{self.url.text} {words}")
 
     def summarize_excess_senders(self) -> str:
         """Who has sent too much since the last call, for people; empty if nobody."""
-        worst = self.dropped.most_common(3)
-        rest = len(self.dropped) - len(worst)
-        self.dropped.clear()
+        dropped = self.dropped.drain()
+        worst = dropped.most_common(3)
+        rest = len(dropped) - len(worst)
         named = ", ".join(f"{number} of {peer_name(peer)}" for peer, number in worst)
         return named + (f" and those of {rest} more" if rest else "")
 
@@ -213,7 +213,7 @@ class Link:
 
     def _drop(self, peer: Peer, count: int) -> None:
         self.counts["dropped"] += count
-        self.dropped[peer if peer in self.dropped or len(self.dropped) < MOST_NAMED else OTHERS] += count
+        self.dropped.count(peer, count)
 
 
 def peer_name(peer: Peer) -> str:

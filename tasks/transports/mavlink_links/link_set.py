@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from mavlink import parse_link_url
 from mavlink.vehicle import DATAGRAMS_PER_SECOND, Session
 from runtime import State
+from support.log_limit import ReportLimit
 from tasks.transports.mavlink_links.base_link import Link, LinkHost
 from tasks.transports.mavlink_links.stream_links import StreamLink, TcpListenerLink
 from tasks.transports.mavlink_links.udp_links import UdpLink
@@ -21,7 +22,7 @@ class LinkSet:
         self.links: list[Link] = []
         self._host = host
         self._wrong: list[str] = []
-        self._excess_due = 0.0
+        self._excess = ReportLimit(EXCESS_PERIOD)
         for number, item in enumerate(dict.fromkeys(items)):
             try:
                 url = parse_link_url(item)
@@ -48,8 +49,7 @@ class LinkSet:
         for link in self.links:
             link.forget_silent(peer_timeout)
             link.maintain_link()
-        if self._host.now >= self._excess_due and any(link.dropped for link in self.links):
-            self._excess_due = self._host.now + EXCESS_PERIOD
+        if any(link.dropped for link in self.links) and self._excess.is_due(now=self._host.now):
             excess = ", ".join(words for link in self.links if (words := link.summarize_excess_senders()))
             limit = f"a station may send {DATAGRAMS_PER_SECOND:g} per second"
             self._host.log.warning(f"frames dropped, {limit}: {excess}")

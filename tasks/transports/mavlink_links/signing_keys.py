@@ -7,6 +7,7 @@ from pathlib import Path
 from mavlink import LinkUrl, Signing, SigningTime, parse_link_url, read_key
 from runtime import Task
 from support.atomic_files import write_file
+from support.log_limit import ReportLimit
 from tasks.transports.imc_links.sockets import network_time_scale
 
 SYNC_PERIOD = 5.0  # s
@@ -43,7 +44,7 @@ class SigningKeys:
         self._file = _TimeFile(task.vehicle.state_folder / task.system_name / "MAVLink time")
         self._speed, self._start = network_time_scale(task), task.vehicle.start_time
         self._signings: dict[bytes, Signing] = {}
-        self._reported: set[str] = set()
+        self._readable, self._unsaved = ReportLimit(), ReportLimit()
         self._time: SigningTime | None = None
         self._due = 0.0
 
@@ -52,8 +53,7 @@ class SigningKeys:
         try:
             file = Path(path).expanduser()
             key = read_key(file)
-            if path not in self._reported and os.name == "posix" and file.stat().st_mode & OTHERS:
-                self._reported.add(path)
+            if os.name == "posix" and file.stat().st_mode & OTHERS and self._readable.is_due(path):
                 self._task.log.warning(f"other users of this computer can read the key: chmod 600 {path}")
         except (OSError, ValueError, RuntimeError) as error:
             raise ValueError(_reason(path, error)) from None
@@ -98,8 +98,7 @@ class SigningKeys:
         return self._start + (self._task.now - self._start) / self._speed
 
     def _report(self, error: OSError | None) -> None:
-        if error is not None and "" not in self._reported:
-            self._reported.add("")
+        if error is not None and self._unsaved.is_due():
             self._task.log.error(f"the time of signatures cannot be saved: {error.filename}: {error.strerror}")
 
 

@@ -8,7 +8,7 @@ CONSOLE = 0x4001
 
 
 def test_many_names_hide_nobody_who_sends_more() -> None:
-    excess = DropCounter()
+    excess = DropCounter(UNKNOWN_SYSTEM)
     for source in range(10 * MOST_NAMED):
         excess.count(source)
     for _ in range(50):
@@ -23,7 +23,7 @@ def test_many_names_hide_nobody_who_sends_more() -> None:
 
 
 def test_counts_begin_again_once_they_were_read() -> None:
-    excess = DropCounter()
+    excess = DropCounter(UNKNOWN_SYSTEM)
     excess.count(CONSOLE)
     assert excess.drain() == {CONSOLE: 1}
     assert excess.drain() == {}
