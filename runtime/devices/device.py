@@ -9,6 +9,7 @@ from runtime.devices.connections import Address, Connection, Datagram, UdpConnec
 from runtime.devices.framing import Splitter
 from runtime.devices.scripted_input import TimedData
 from runtime.kernel import SECOND, Readable
+from support.backoff import Backoff
 from support.log_limit import ReportLimit
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
@@ -85,7 +86,7 @@ class Device:
         self._send: Callable[[bytes], object] | None = None  # instead of a connection
         self._outgoing = bytearray()
         self._flushing = self._closed = self._paused = self._connecting = False
-        self._retry = FIRST_RETRY
+        self._backoff = Backoff(FIRST_RETRY, LAST_RETRY)
         self._told = ""
         self._logged = ReportLimit(LOG_PERIOD)
         self._heard_at = 0
@@ -159,7 +160,8 @@ class Device:
             self._splitter.reset(midway=False)
         elif self._splitter.unfinished_bytes and now - self._heard_at > SILENCE * SECOND:
             self._splitter.reset(midway=True)
-        self._heard_at, self._retry = now, FIRST_RETRY
+        self._heard_at = now
+        self._backoff.reset()
         if self._told:
             self._told = ""
             self._log.info(f"{self.name} sends again")
@@ -188,8 +190,7 @@ class Device:
         self._drop()
         self._report(without_errno(error))
         if not self._closed:
-            self._owner.after(self._retry, self._try)
-            self._retry = min(LAST_RETRY, 2.0 * self._retry)
+            self._owner.after(self._backoff.fail(), self._try)
 
     def _try(self) -> None:
         if self._closed or self._connection is not None:

@@ -29,6 +29,7 @@ from runtime.vehicle.effective_config import EffectiveConfig, ProfileValues, set
 from runtime.vehicle.fleet import Fleet
 from runtime.vehicle.realtime_lag import RealtimeLag
 from runtime.vehicle.thread_pool import WorkerThreads
+from support.backoff import Backoff
 
 if TYPE_CHECKING:
     from runtime.snapshot import InputJournals
@@ -103,7 +104,7 @@ class Vehicle:
         self._tasks: dict[str, Task] = {}
         self.effective_config = EffectiveConfig(profile)
         self.running: set[str] = set()
-        self.failures: dict[str, tuple[int, int]] = {}
+        self.failures: dict[str, Backoff] = {}
         self._error: Exception | None = None
         self._told = False
         self._starting = False
@@ -340,10 +341,8 @@ class Vehicle:
         self._shut(owner)
         if (activation := self.activations.get(owner.name)) is not None:
             activation.reset()
-        count, since = self.failures.get(owner.name, (0, 0))
-        count = 0 if self.kernel.now_ns - since > HEALTHY_AFTER * SECOND else count
-        delay = min(LONGEST_BACKOFF, 2.0 ** min(count, 10))
-        self.failures[owner.name] = (count + 1, self.kernel.now_ns + round(delay * SECOND))
+        backoff = self.failures.setdefault(owner.name, Backoff(1.0, LONGEST_BACKOFF, HEALTHY_AFTER))
+        delay = backoff.fail(self.kernel.now_ns / SECOND)
         owner.set_entity_state(State.FAILURE, format_exception_line(error))
         owner.log.error(f"{with_location(error)}: restarting in {delay:g} s")
         self._soon(self._restart, owner, delay)

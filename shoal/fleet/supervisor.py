@@ -9,6 +9,8 @@ import time
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
+from support.backoff import Backoff
+
 LONGEST_PAUSE = 60.0  # s
 HEALTHY_AFTER = 60.0  # s
 ENDING = 3.0  # s from the request to end to its being killed
@@ -29,18 +31,23 @@ class ManagedProcess:
         self.name = name
         self.command = list(command)
         self.environment = environment
-        self.failures = 0
         self.starts = 0
         self.ended_well = False
         self.is_over = False
         self.popen: subprocess.Popen[bytes] | None = None
-        self._began = self._due = 0.0
+        self._due = 0.0
+        self._backoff = Backoff(1.0, LONGEST_PAUSE, HEALTHY_AFTER)
         self._error_lines: deque[str] = deque(maxlen=MOST_LINES)
         self._reader: threading.Thread | None = None
 
     @property
     def is_running(self) -> bool:
         return self.popen is not None and self.popen.poll() is None
+
+    @property
+    def failures(self) -> int:
+        """How often it has failed since it last worked."""
+        return self._backoff.failures
 
     @property
     def restarts(self) -> int:
@@ -53,7 +60,6 @@ class ManagedProcess:
     def start(self) -> None:
         """Raises OSError."""
         self._error_lines.clear()
-        self._began = time.monotonic()
         quiet = subprocess.DEVNULL
         popen = subprocess.Popen(self.command, stdin=quiet, stdout=quiet, stderr=subprocess.PIPE, env=self.environment)
         name = f"errors of {self.name}"
@@ -86,20 +92,17 @@ class ManagedProcess:
         if self._reader is not None:
             self._reader.join(LAST_WORDS)
         if status == 0:
-            self.failures = 0
+            self._backoff.reset()
             self.ended_well = self.is_over = True
             return "has ended"
-        if now - self._began > HEALTHY_AFTER:
-            self.failures = 0
         how = f"was killed by signal {-status}" if status < 0 else f"has ended with status {status}"
         why = f" ({self.last_error_line})" if self.last_error_line and -status not in FROM_OUTSIDE else ""
         return f"{how}{why}{self._fail(now, restart)}"
 
     def _fail(self, now: float, restart: bool) -> str:
         """Count a failure; what follows from it, in words."""
-        self.failures += 1
         self.is_over = not restart
-        pause = min(LONGEST_PAUSE, 2.0 ** min(self.failures - 1, 10))
+        pause = self._backoff.fail(now)
         self._due = now + pause
         return f"; it starts again in {pause:g} s" if restart else ""
 

@@ -9,6 +9,7 @@ import numpy as np
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
+from support.backoff import Backoff
 from support.pose import Pose
 from support.rotations import to_body
 from tasks.pose_history import PoseHistory
@@ -162,7 +163,7 @@ class AirSim(ImageSaverTask):
             compress=self.compress,
             settings=self._settings_text,
         )
-        self._busy, self._retry, self._next = False, FIRST_RETRY, self.now
+        self._busy, self._backoff, self._next = False, Backoff(FIRST_RETRY, LAST_RETRY), self.now
 
     def stop(self) -> None:
         self._client.exchange.close()
@@ -211,7 +212,8 @@ class AirSim(ImageSaverTask):
         if isinstance(made, str):
             self._fail(made)
             return
-        self._next, self._retry = self.now, FIRST_RETRY
+        self._next = self.now
+        self._backoff.reset()
         while self._client.notes:
             self.log.warning(self._client.notes.pop(0))
         if self._trouble or not self.taken:
@@ -236,7 +238,7 @@ class AirSim(ImageSaverTask):
 
     def _fail(self, why: str) -> None:
         self.failed += 1
-        self._next, self._retry = self.now + self._retry, min(LAST_RETRY, 2.0 * self._retry)
+        self._next = self.now + self._backoff.fail()
         named = f"{self._client.exchange.name}: {why}"
         if why != self._trouble:
             self.log.error(named)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from runtime import ParameterError, State, param
+from support.backoff import Backoff
 from tasks.vision.cameras.external_camera import ExternalCameraTask
 from tasks.vision.cameras.image_sequence import Image, bgr_to_rgba, open_video
 
@@ -43,7 +44,7 @@ class Device(ExternalCameraTask):
 
     def start(self) -> None:
         super().start()
-        self._retry, self._last, self._trouble = FIRST_RETRY, self.now - 1e9, ""
+        self._backoff, self._last, self._trouble = Backoff(FIRST_RETRY, LAST_RETRY), self.now - 1e9, ""
         self._open()
         self.set_entity_state(State.BOOT, f"opening {self.address}")
 
@@ -66,7 +67,8 @@ class Device(ExternalCameraTask):
         feed.passed = 0
         if self._trouble:
             self.log.info(f"{self.address} sends again")
-        self._retry, self._trouble = FIRST_RETRY, ""
+        self._trouble = ""
+        self._backoff.reset()
         if self.frame_rate and self.now - self._last < 0.999 / self.frame_rate:
             return
         self._last = self.now
@@ -81,8 +83,7 @@ class Device(ExternalCameraTask):
             self._trouble = why
             self.log.error(named)
         self.set_entity_state(State.ERROR, f"{named} ({self.failed} failed)")
-        self.after(self._retry, self._open)
-        self._retry = min(LAST_RETRY, 2.0 * self._retry)
+        self.after(self._backoff.fail(), self._open)
 
 
 class _FrameReader:

@@ -8,6 +8,7 @@ import socket
 from imc.discovery import LOOPBACK, check_address
 from runtime import State, param
 from runtime.task import ParameterError
+from support.backoff import Backoff
 from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
@@ -36,7 +37,7 @@ class Client(StreamLinkTask):
 
     def start(self) -> None:
         self.pending: socket.socket | None = None
-        self.pause, self.trouble = FIRST_PAUSE, ""
+        self.backoff, self.trouble = Backoff(FIRST_PAUSE, LONGEST_PAUSE), ""
         super().start()
         self.schedule_connection(0.0)
 
@@ -88,11 +89,11 @@ class Client(StreamLinkTask):
         if trouble != self.trouble:
             self.log.warning(trouble)
         self.trouble = trouble
-        self.schedule_connection(self.pause)
-        self.pause = min(LONGEST_PAUSE, 2.0 * self.pause)
+        self.schedule_connection(self.backoff.fail())
 
     def on_closed(self, stream: PacketStream, why: str) -> None:
-        self.pause = FIRST_PAUSE if stream.taken else self.pause
+        if stream.taken:
+            self.backoff.reset()
         self.retry_later(why)
 
     def report(self) -> None:
