@@ -11,7 +11,6 @@ from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import imc
@@ -28,6 +27,7 @@ from shoal.cli.options import (
     parse_period,
     virtual_clock_option,
 )
+from shoal.cli.progress_bar import ProgressBar
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.cli.simulated_motion import motion_problem
@@ -115,9 +115,9 @@ def mission(
     except (PlanFileError, ProfileError, ValueError) as error:
         click.echo(f"Error: {error}", err=True)
         sys.exit(CANNOT_FLY)
-    bar = _Bar(specification.plan_id)
-    flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=bar.show, estimated=_print_estimate)
-    with bar.progress, shutdown_on_signal(made.vehicle) as watchdog:
+    display = _ProgressDisplay(specification.plan_id)
+    flight = Mission(made.vehicle, specification, calibrate=calibrate, watch=display.show, estimated=_print_estimate)
+    with display.bar, shutdown_on_signal(made.vehicle) as watchdog:
         try:
             report = flight.fly(longest, snapshot_every=snapshot_every)
         except Exception as error:
@@ -137,22 +137,18 @@ def mission(
     exit_process(watchdog, int(incomplete or not report.completed))
 
 
-class _Bar:
+class _ProgressDisplay:
     """A progress bar on a terminal; on stderr, so that the report can be piped."""
 
     def __init__(self, title: str):
-        console = Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"))
-        self.progress = Progress(*columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal)
+        self.bar = ProgressBar(title, 100.0)
         self._title = title
-        self._task = self.progress.add_task(title, total=100.0)
         self._next = 0.0
 
     def show(self, state: imc.PlanControlState) -> None:
         if time.monotonic() >= self._next:
             self._next = time.monotonic() + REFRESH
-            text = f"{self._title} {state.man_id}"
-            self.progress.update(self._task, completed=max(0.0, state.plan_progress), description=text)
+            self.bar.show(max(0.0, state.plan_progress), f"{self._title} {state.man_id}")
 
 
 def _plain(report: Report) -> dict[str, object]:

@@ -1,7 +1,7 @@
 """`shoal plan`: the plans of running vehicles."""
 
 import json
-import sys
+from contextlib import nullcontext
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import partial
@@ -106,8 +106,11 @@ def plan(
     async def start(there: AsyncRemoteVehicle, what: str | imc.PlanSpecification) -> Any:
         name = what if isinstance(what, str) else what.plan_id
         say = None if vehicle.single_name else prefixed(there.name, err=True)
-        follow = None if no_wait or as_json else PlanProgressDisplay(name, say)
-        return await there.plan.start(what, wait=not no_wait, calibrate=calibrate, progress=follow)
+        if no_wait or as_json:
+            return await there.plan.start(what, wait=not no_wait, calibrate=calibrate)
+        display = PlanProgressDisplay(name, say)
+        with display.bar or nullcontext():
+            return await there.plan.start(what, calibrate=calibrate, progress=display)
 
     try:
         results = run_on_selection(vehicle, connection, act)
@@ -225,23 +228,28 @@ def format_plan_state(state: imc.PlanControlState) -> str:
 
 
 class PlanProgressDisplay:
-    """Shows reports of a plan: on a terminal one line that changes, else a line for each maneuver and each STEP.
+    """Shows reports of a plan: on a terminal by a bar, else by a line for each maneuver and each STEP.
 
-    `say` prints a line of one of several vehicles, which then have no line that changes.
+    `say` prints a line of one of several vehicles, which then have no bar.
     """
 
     def __init__(self, plan: str, say: Say | None = None) -> None:
         self._plan = plan
         self._last: tuple[object, ...] = ()
-        self._on_terminal = sys.stderr.isatty() and say is None
+        from rich.progress import TextColumn
+
+        from shoal.cli.progress_bar import ProgressBar
+
+        bar = ProgressBar(plan, 100.0, amount=TextColumn(""))
+        self.bar = bar if bar.is_live and say is None else None
         self._say = say or partial(click.echo, err=True)
 
     def __call__(self, state: imc.PlanControlState) -> None:
         phases = imc.PlanControlState.State
         if state.state not in (phases.EXECUTING, phases.INITIALIZING) or state.plan_id != self._plan:
             return
-        if self._on_terminal:
-            click.echo(f"\r\x1b[K{format_plan_state(state)}", nl=False, err=True)
+        if self.bar is not None:
+            self.bar.show(max(0.0, state.plan_progress), format_plan_state(state))
             return
         now = state.state, state.man_id, int(max(state.plan_progress, 0.0) // STEP)
         if now != self._last:

@@ -5,14 +5,13 @@ import shlex
 import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import MofNCompleteColumn
 from rich.text import Text
 
 from shoal.campaigns import (
@@ -44,6 +43,7 @@ from shoal.cli.options import (
     values_option,
     virtual_clock_option,
 )
+from shoal.cli.progress_bar import ProgressBar
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
@@ -157,10 +157,7 @@ class ScenarioRuns:
 
     def __post_init__(self) -> None:
         shown = self.console if self.console.is_terminal else Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-        progress = Progress(*columns, console=shown, transient=True)
-        self.bar = progress if shown.is_terminal else nullcontext()
-        self._progress, self._task = progress, progress.add_task("running", total=len(self.jobs))
+        self.bar = ProgressBar("running", len(self.jobs), amount=MofNCompleteColumn(), console=shown)
 
     @property
     def failed(self) -> list[ScenarioOutcome]:
@@ -183,16 +180,16 @@ class ScenarioRuns:
             self.outcomes.append(outcome)
             self._line(outcome)
             failures = f", {len(self.failed)} failed" if self.failed else ""
-            self._progress.update(self._task, advance=1, description=f"running{failures}")
+            self.bar.show(len(self.outcomes), f"running{failures}")
 
     def rerun_failed_with_logs(self, pool: ProcessPool, log_dir: Path) -> None:
         """Run those that failed again, with a log."""
         failed = self.failed
-        self._progress.update(self._task, description="again, for the logs", total=len(failed), completed=0)
+        self.bar.show(0, "again, for the logs", len(failed))
         places = {outcome.job.key: place for place, outcome in enumerate(self.outcomes)}
-        for outcome in rerun_with_logs(pool, failed, log_dir):
+        for done, outcome in enumerate(rerun_with_logs(pool, failed, log_dir), 1):
             self.outcomes[places[outcome.job.key]] = outcome
-            self._progress.update(self._task, advance=1)
+            self.bar.show(done)
 
     def reproduction_command(self, outcome: ScenarioOutcome) -> str:
         """The command that does it again."""

@@ -9,8 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import MofNCompleteColumn
 
 from shoal.campaigns import (
     LOGS,
@@ -39,6 +38,7 @@ from shoal.cli.options import (
     parse_values,
     values_option,
 )
+from shoal.cli.progress_bar import ProgressBar
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
 from shoal.logs.inspect import format_duration, format_noun_count
 from support.terminal_text import printable
@@ -97,9 +97,9 @@ def run(
         if plan.logs != "none":
             check_log_folder(folder)
         smaller = plan.search.max_shrink_runs if plan.search and plan.search.objective.seeks_failure else 0
-        bar = _Bar(len(shard.runs(plan.stopping_rule.max_runs)) + smaller)
+        display = _ProgressDisplay(len(shard.runs(plan.stopping_rule.max_runs)) + smaller)
         try:
-            with bar.progress:
+            with display.bar:
                 data = run_study(
                     plan,
                     folder,
@@ -107,8 +107,8 @@ def run(
                     wall_limit=wall_limit,
                     shard=shard,
                     on=on or "",
-                    on_progress=bar.show,
-                    on_notice=bar.note,
+                    on_progress=display.show,
+                    on_notice=display.note,
                 )
         except KeyboardInterrupt:
             done = progress_line(open_results(folder)) if has_results(folder) else "no run yet"
@@ -135,30 +135,25 @@ def check_cluster_options(on: str, workers: int | None) -> None:
         import_module("distributed")
 
 
-class _Bar:
+class _ProgressDisplay:
     """A progress bar with the pass rate on a terminal; a line now and then in a pipe."""
 
     def __init__(self, most: int):
-        console = Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        self.progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-        self._task = self.progress.add_task("starting", total=most)
-        self._is_live = console.is_terminal
+        self.bar = ProgressBar("starting", most, amount=MofNCompleteColumn())
         self._told = time.monotonic()
         self._is_first = True
 
     def note(self, words: str) -> None:
-        self.progress.console.print(f"note: {printable(words)}", markup=False, highlight=False, soft_wrap=True)
+        self.bar.print(f"note: {printable(words)}")
 
     def show(self, data: CampaignResults) -> None:
         now = time.monotonic()
         if self._is_first and data.rows:
             done = format_noun_count(len(data.rows), "run was", "runs were")
-            self.progress.console.print(f"{done} done before", highlight=False)
+            self.bar.print(f"{done} done before")
         self._is_first = False
-        if self._is_live:
-            words = progress_line(data, is_short=True)
-            self.progress.update(self._task, completed=len(data.counted_rows), description=words)
+        if self.bar.is_live:
+            self.bar.show(len(data.counted_rows), progress_line(data, is_short=True))
         elif now - self._told > TELL_PERIOD:
             self._told = now
             click.echo(progress_line(data), err=True)

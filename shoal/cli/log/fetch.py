@@ -1,6 +1,5 @@
 """`shoal log fetch`: copies logs of a running vehicle."""
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,6 @@ from shoal.cli.remote_command import (
 )
 from shoal.network import AsyncRemoteVehicle, RemoteLog
 from support.terminal_text import printable
-
-STEP = 1 << 20  # bytes between two lines of progress on a terminal
 
 
 @click.command()
@@ -54,15 +51,19 @@ def fetch(
         chosen = chosen if logs or everything else found[-1:]
         if not chosen:
             exit_with_reason(f"{there.name} has no log with {' or '.join(logs)} in its name; --list shows all")
-        total, done = sum(log.size for log in chosen), 0  # integers
+        from rich.progress import DownloadColumn
 
-        def show(step: int) -> None:
-            nonlocal done
-            before, done = done, done + step
-            if sys.stderr.isatty() and before // STEP != done // STEP:
-                click.echo(f"\r\x1b[K{done >> 20} of {total >> 20} MiB", nl=False, err=True)
+        from shoal.cli.progress_bar import ProgressBar
 
-        return [(log, await there.log.fetch(log, log_dir, show)) for log in chosen]
+        done = 0
+        with ProgressBar("copying", sum(log.size for log in chosen), amount=DownloadColumn(binary_units=True)) as bar:
+
+            def show(step: int) -> None:
+                nonlocal done
+                done += step
+                bar.show(done)
+
+            return [(log, await there.log.fetch(log, log_dir, show)) for log in chosen]
 
     for log, path in run_on_vehicle(vehicle, connection, act):
         if as_json:

@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import click
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 import imc
 from imc.lsf import ParallelMap
 from runtime.logs import UnknownNameError, logs_of_run, missing_logs
+from shoal.cli.progress_bar import ProgressBar
 from shoal.logs.inspect import format_noun_count
 from shoal.logs.joined_logs import joined_logs, newest_log
 from support.diagnostics import ProfileError
@@ -136,11 +135,8 @@ def require_messages(log: imc.Log, packets: int, losses: Sequence[imc.Loss] = ()
 @contextmanager
 def progress_bar(path: Path, what: str = "reading") -> Generator[Callable[[float], None]]:
     """A progress bar on a terminal; its function takes the share that is done, 0 to 1."""
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(f"{what} {printable(path.parent.name)}/{printable(path.name)}", total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+    with ProgressBar(f"{what} {printable(path.parent.name)}/{printable(path.name)}") as bar:
+        yield bar.show
 
 
 def fail_if_most_is_lost(what: str, kept: int, lost: int) -> None:
