@@ -2,7 +2,6 @@
 
 import math
 import struct
-from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -24,6 +23,7 @@ from mavlink.missions import (
 from mavlink.modes import FLAVORS, KINDS, Flavor, VehicleKind, mode_name
 from mavlink.positions import Home
 from mavlink.translate.measurements_to_imc import AUTOPILOT, ParameterBatch, TranslatedMessages, log_entry, with_times
+from support.duplicate_filter import DuplicateFilter
 
 INFORMATION, WARNING = 6, 4  # MAV_SEVERITY
 LOWEST = 7  # level of an event: the higher ones are protocol and disabled
@@ -61,7 +61,7 @@ class TransactionTranslator:
         self._mission: ConvertedPlan | None = None
         self._flying = False
         self._state: imc.PlanControlState | None = None
-        self._events: deque[int] = deque(maxlen=SENT_AGAIN)
+        self._events = DuplicateFilter(SENT_AGAIN)
         self._handlers: dict[str, Callable[[ReceivedMessage, Any], TranslatedMessages]] = {
             "HEARTBEAT": self._heartbeat,
             "HOME_POSITION": self._home_position,
@@ -181,10 +181,9 @@ class TransactionTranslator:
 
     def _event(self, received: ReceivedMessage, m: Any) -> TranslatedMessages:
         """What it says is in a file of the autopilot, which is not in the recording: the number and the arguments."""
-        level, again = m["log_levels"] & 0x0F, m["sequence"] in self._events
-        if received.system != self._system or level > LOWEST or again:
+        level = m["log_levels"] & 0x0F
+        if received.system != self._system or level > LOWEST or self._events.is_duplicate(m["sequence"]):
             return
-        self._events.append(m["sequence"])
         arguments = bytes(m["arguments"]).rstrip(b"\0").hex(" ")
         words = f"event {m['id'] & 0xFFFFFF} of component {m['id'] >> 24}"
         yield AUTOPILOT, log_entry(level, "EVENT", f"{words}, arguments {arguments}" if arguments else words)

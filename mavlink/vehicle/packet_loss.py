@@ -1,11 +1,11 @@
 """How many frames of each sender were lost on their way, or came twice, by their sequence numbers."""
 
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from mavlink import ReceivedMessage
+from support.duplicate_filter import DuplicateFilter
 
 LATE = 128  # a number so far ahead, of 256, is one that is behind: a datagram was overtaken
 MOST_SENDERS = 16
@@ -60,18 +60,14 @@ class SequenceTracker:
 
     def __init__(self, speed: float = 1.0) -> None:
         self._senders: dict[tuple[int, int], _Sender] = {}
-        self._orders: deque[tuple[float, tuple[object, ...]]] = deque(maxlen=MOST_COPIED)
-        self._copy_time = COPY_TIME * speed
+        self._orders = DuplicateFilter(MOST_COPIED, COPY_TIME * speed)
 
     def is_duplicate_order(self, message: ReceivedMessage, now: float) -> bool:
         """Whether the network has doubled a datagram with an order; who repeats an order counts on."""
         if message.name not in ONCE:
             return False
         what = message.system, message.component, message.sequence, message.name, message.content
-        if any(what == known and now - at < self._copy_time for at, known in self._orders):
-            return True
-        self._orders.append((now, what))
-        return False
+        return self._orders.is_duplicate(what, now)
 
     def receive(self, message: ReceivedMessage) -> None:
         place = message.system, message.component

@@ -4,7 +4,6 @@ import contextlib
 import queue
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from runtime.zenoh.error_counter import ErrorCounter
 from runtime.zenoh.key_expressions import PREFIX, key_chunk, relayed_messages_expression, subscription_keys
 from runtime.zenoh.packet_authorization import PacketAuthorizer
 from runtime.zenoh.publishers import LATCHED
+from support.duplicate_filter import DuplicateFilter
 
 if TYPE_CHECKING:
     import zenoh
@@ -53,7 +53,7 @@ class Subscribers:
         self._receive = receive
         self._gate = gate
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}
-        self._latest: deque[tuple[float, bytes]] = deque(maxlen=64)
+        self._latest = DuplicateFilter(64, AGAIN)
         self._lock = threading.Lock()
         self._own = ""  # the zenoh id of this session
         self._closed = threading.Event()
@@ -137,12 +137,8 @@ class Subscribers:
 
     def _is_new(self, packet: bytes) -> bool:
         """Whether a packet has not just come; the same one may be sent again later."""
-        now = time.monotonic()
         with self._lock:
-            if any(other == packet and now - at < AGAIN for at, other in self._latest):
-                return False
-            self._latest.append((now, packet))
-        return True
+            return not self._latest.is_duplicate(packet, time.monotonic())
 
     def _meet(self, publisher: "tuple[zenoh.ZenohId, int]", number: int) -> "_Last":
         if len(self._last) >= MOST_PUBLISHERS:

@@ -7,11 +7,11 @@ from imc.discovery import MULTICAST, PERIOD, PORTS, Services, displayable_name
 from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from runtime.network_interfaces import is_loopback_address
+from support.duplicate_filter import DuplicateFilter
 from support.log_limit import LogLimit
 from support.token_bucket import TokenBuckets
 from tasks.transports.imc_links import peer_table
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
-from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import DropCounts
 from tasks.transports.imc_links.recvmmsg import Datagram
 from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, DiscoveryLeader

@@ -9,11 +9,11 @@ from imc.discovery import Endpoint, Service, Services
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, consume, periodic
 from runtime.network_interfaces import enable_icmp_errors, refused_destinations
+from support.duplicate_filter import DuplicateFilter
 from support.log_limit import LogLimit
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, SPOOFED, sender_text
 from tasks.transports.imc_links.datagram_link import DatagramLinkTask
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
-from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
     MOST_PEERS,

@@ -10,9 +10,9 @@ import imc
 from imc.console_acl import NOT_LISTED, REPORTS
 from runtime import param, periodic
 from runtime.kernel import Timer
+from support.duplicate_filter import DuplicateFilter
 from support.token_bucket import TokenBucket
 from tasks.transports.imc_links.datagram_filter import SPOOFED
-from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.link_task import ImcLinkTask
 from tasks.transports.imc_links.own_announce import is_for_log
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts

@@ -13,7 +13,6 @@ from tasks.transports.imc_links.datagram_filter import (
     DatagramFilter,
     sender_text,
 )
-from tasks.transports.imc_links.duplicate_filter import DuplicateFilter
 from tasks.transports.imc_links.peer_table import (
     ELSEWHERE,
     KEPT,
@@ -286,10 +285,3 @@ def test_a_new_sender_is_named_however_many_there_were_long_ago():
     assert drops.add("not announced", "late")
     assert not drops.add("not announced", "b7"), "it goes on"
     assert dict(drops["not announced"]) == {"b7": 1002, "others": 99, "late": 1}
-
-
-def test_recent_packets_are_known_again_and_the_oldest_forgotten():
-    recent = DuplicateFilter(3)
-    assert [recent.is_duplicate(data) for data in (b"a", b"b", b"a", b"c", b"d", b"a")] == [False] * 2 + [True] + [
-        False
-    ] * 3
