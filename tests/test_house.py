@@ -264,6 +264,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
     "tasks.control.path.path_follower": (("pure_pursuit", "vector_field"), "how a path is followed and reported"),
     "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),
+    "tasks.plan.outgoing_requests": (("engine", "generator"), "requests to database and supervisor"),
     "tasks.plan.replies": (("db", "engine", "generator"), "how requests about plans are answered"),
     "tasks.vision.airsim_api": (("airsim",), "the simulator's remote procedure calls"),
     "tasks.vision.cameras": (
@@ -283,7 +284,6 @@ SERVING = {  # a part that stands beside the one task that it serves, since the 
     "tasks.control.autopilot.autopilot_parameters": "tasks.control.autopilot.mavlink",
     "tasks.plan.actions": "tasks.plan.engine",
     "tasks.plan.execution_progress": "tasks.plan.engine",
-    "tasks.plan.outgoing_requests": "tasks.plan.engine",
     "tasks.plan.store": "tasks.plan.db",
     "tasks.sensors.gnss_parser": "tasks.sensors.gps",
     "tasks.supervisors.maneuver_launcher": "tasks.supervisors.vehicle",

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import imc
-from autonomy.limits import PLAN_MARGIN
+from autonomy.limits import PLAN_MARGIN, OperatingLimits
 from autonomy.plans.estimate import waypoints
 from autonomy.plans.graph import HEIGHTS, ROUNDING, PlanGraph
 from support.wgs84 import displacement
@@ -33,9 +33,8 @@ class PlanBounds:
     @property
     def max_altitude(self) -> float:
         """The highest altitude (m above ground)."""
-        limits = self.limits
-        set_ = limits is not None and limits.mask & Limit.MAX_ALT
-        return min(self.highest, limits.max_altitude) if limits is not None and set_ else self.highest
+        own = OperatingLimits(highest=self.highest)
+        return (own.tightened(self.limits) if self.limits is not None else own).highest
 
 
 def depth_violations(graph: PlanGraph, deepest: float) -> Iterator[str]:

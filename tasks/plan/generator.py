@@ -5,11 +5,11 @@ from autonomy.plans import LatLon, TemplateDefaults, TemplateError, plan_from_te
 from imc.coordinates import absolute_position
 from imc.tuple_list import parse_tuple_list
 from runtime import Script, State, Task, consume, param
+from tasks.plan.outgoing_requests import OutgoingRequests
 from tasks.plan.replies import truncate_reply
 
 Op = imc.PlanGeneration.Op
 Command = imc.PlanGeneration.Cmd
-DATABASE_TIMEOUT = 1.0  # s for the database
 MOST_PEERS = 1000
 
 
@@ -28,7 +28,7 @@ class Generator(Task):
     def start(self) -> None:
         self._state: imc.EstimatedState | None = None
         self._peers: dict[int, LatLon] = {}
-        self._requests = 0
+        self._requests = OutgoingRequests(self)
         self.set_entity_state(State.NORMAL, "active")
         if self.generate_at_boot:
             self._generate(imc.PlanGeneration(plan_id=self.generate_at_boot, dst=self.system))
@@ -63,31 +63,18 @@ class Generator(Task):
     async def _store(
         self, script: Script, request: imc.PlanGeneration, plan: imc.PlanSpecification, calibrate: bool
     ) -> None:
-        self._requests += 1
-        number = self._requests & 0xFFFF
-        put = imc.PlanDB(op=imc.PlanDB.Op.SET, request_id=number, plan_id=plan.plan_id, arg=plan, dst=self.system)
-        self.publish(put)
-        kinds = imc.PlanDB.Type
-
-        def ours(answer: imc.PlanDB) -> bool:
-            matches = answer.request_id == number and answer.op == put.op
-            return matches and answer.type in (kinds.SUCCESS, kinds.FAILURE) and self.is_reply_to_me(answer)
-
+        put = imc.PlanDB(op=imc.PlanDB.Op.SET, plan_id=plan.plan_id, arg=plan)
         try:
-            answer = await script.receive(
-                imc.PlanDB,
-                where=ours,
-                timeout=DATABASE_TIMEOUT,
-            )
+            answer = await self._requests.query_database(script, put)
         except TimeoutError:
             self._fail(request, "no answer from the plan database")
             return
-        if answer.type == kinds.FAILURE:
+        if answer.type == imc.PlanDB.Type.FAILURE:
             self._fail(request, answer.info)
             return
         if request.cmd == Command.EXECUTE:
             flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0
-            start = imc.PlanControl(plan_id=plan.plan_id, request_id=number, flags=flags, dst=self.system)
+            start = imc.PlanControl(plan_id=plan.plan_id, request_id=answer.request_id, flags=flags, dst=self.system)
             self.publish(start)
         self._reply(request, Op.SUCCESS, "")
 

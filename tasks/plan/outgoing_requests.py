@@ -1,4 +1,4 @@
-"""Requests of the plan engine: commands to the supervisor, plans from the database, latest messages of the bus."""
+"""Requests of plan tasks: commands to the supervisor, plans from the database, latest messages of the bus."""
 
 from collections.abc import Iterable
 from typing import TypeVar
@@ -10,6 +10,7 @@ from runtime.bus import Bus, Subscription
 from runtime.task import Inbox
 
 M = TypeVar("M", bound=imc.Message)
+Type = imc.PlanDB.Type
 COMMAND_TIMEOUT = 2.5  # s for the supervisor
 DATABASE_TIMEOUT = 1.0  # s
 
@@ -70,20 +71,24 @@ class OutgoingRequests:
         return await self._stored(script, request.plan_id)
 
     async def _stored(self, script: Script, plan_id: str) -> imc.PlanSpecification:
-        task, number, op = self._task, self._next(), imc.PlanDB.Op.GET
-        task.publish(imc.PlanDB(op=op, request_id=number, plan_id=plan_id, dst=task.system))
-
-        def ours(answer: imc.PlanDB) -> bool:
-            matches = answer.request_id == number and answer.op == op and answer.type != imc.PlanDB.Type.REQUEST
-            return matches and task.is_reply_to_me(answer)
-
         try:
-            answer = await script.receive(imc.PlanDB, where=ours, timeout=DATABASE_TIMEOUT)
+            answer = await self.query_database(script, imc.PlanDB(op=imc.PlanDB.Op.GET, plan_id=plan_id))
         except TimeoutError:
             raise PlanError("failed loading from DB: no answer") from None
         if isinstance(answer.arg, imc.PlanSpecification):
             return answer.arg
         raise PlanError(answer.info if answer.info == "undefined plan" else f"failed loading from DB: {answer.info}")
+
+    async def query_database(self, script: Script, request: imc.PlanDB) -> imc.PlanDB:
+        """Send a request to the database of this vehicle; its answer. Raises TimeoutError."""
+        task, number = self._task, self._next()
+        task.publish(request.replace(request_id=number, dst=task.system))
+
+        def ours(answer: imc.PlanDB) -> bool:
+            matches = answer.request_id == number and answer.op == request.op
+            return matches and answer.type in (Type.SUCCESS, Type.FAILURE) and task.is_reply_to_me(answer)
+
+        return await script.receive(imc.PlanDB, where=ours, timeout=DATABASE_TIMEOUT)
 
     def _next(self) -> int:
         self._count = (self._count + 1) & 0xFFFF
