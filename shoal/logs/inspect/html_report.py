@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 from html import escape
 
 import numpy as np
@@ -202,15 +203,16 @@ def _line(entry: LogbookLine) -> tuple[str, ...]:
 def _rates(summary: LogSummary) -> str:
     most = max(tally.size for tally in summary.by_type.values())
     rows = [
-        f"<tr><td>{escape_text(name)}</td><td class=n>{tally.count}</td><td class=n>{format_rate(tally.rate)}</td>"
-        f"<td class=n>{format_size(tally.size)}</td>"
-        f'<td class=bar><i style="width:{100 * tally.size / most:.0f}%"></i></tr>'
+        (
+            *(escape_text(name), str(tally.count), format_rate(tally.rate), format_size(tally.size)),
+            f'<div class=bar><i style="width:{100 * tally.size / most:.0f}%"></i></div>',
+        )
         for name, tally in summary.by_type.items()
     ]
-    head = "<tr><th>message<th class=n>count<th class=n>rate<th class=n>size<th></tr>"
-    text = f'<div class="scroll"><table>{head}{"".join(rows[:MOST_TYPES])}</table></div>'
+    draw = partial(html_table, ("message", "count", "rate", "size", ""), numbers=(1, 2, 3), as_is=True)
+    text = draw(rows[:MOST_TYPES])
     if rows[MOST_TYPES:]:
-        table = f'<div class="scroll"><table>{head}{"".join(rows[MOST_TYPES:])}</table></div>'
+        table = draw(rows[MOST_TYPES:])
         text += f"<details><summary>{len(rows) - MOST_TYPES} rarer types</summary>{table}</details>"
     return html_section("Messages", text)
 
