@@ -43,6 +43,11 @@ def offset(lat: float, lon: float, to_lat: float, to_lon: float) -> tuple[float,
     return north, east
 
 
+def ground_distance(lat: float, lon: float, to_lat: float, to_lon: float) -> float:
+    """Distance (m) of the second position (rad), both at the surface, in the tangent plane of the first."""
+    return hypot(*offset(lat, lon, to_lat, to_lon))
+
+
 def _cartesian(lat: float, lon: float, height: float) -> tuple[float, float, float]:
     normal = _A / sqrt(1.0 - _E2 * sin(lat) ** 2)
     around = (normal + height) * cos(lat)

@@ -2,6 +2,7 @@
 
 import math
 
+from support.planar_geometry import along_and_across
 from support.rotations import Vector
 from support.vectors import limit_horizontal_and_vertical
 
@@ -18,7 +19,7 @@ def tilt_and_thrust(acceleration: Vector, psi: float, steepest: float) -> tuple[
     lift = max(LEAST_LIFT, GRAVITY - acceleration[2])
     reach = lift * math.tan(steepest)
     north, east, _ = limit_horizontal_and_vertical(acceleration, reach, 0.0, 0.0)
-    ahead, starboard = north * math.cos(psi) + east * math.sin(psi), east * math.cos(psi) - north * math.sin(psi)
+    ahead, starboard = along_and_across(north, east, psi)
     thrust = math.sqrt(ahead * ahead + starboard * starboard + lift * lift)
     return math.asin(starboard / thrust), math.atan2(-ahead, lift), thrust
 

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from support.planar_geometry import along_and_across
 from support.rotations import Vector
 from support.vectors import add, dot, limit_horizontal_and_vertical, norm
 
@@ -72,7 +73,7 @@ class Line:
         north, east = at[0] - self.end[0], at[1] - self.end[1]
         if self.horizontal_length < 0.1:
             return math.hypot(north, east)
-        return east * math.cos(self.bearing) - north * math.sin(self.bearing)
+        return along_and_across(north, east, self.bearing)[1]
 
     def velocity(self, at: Vector, pace: MotionLimits) -> Vector:
         """Velocity along the line and back to it, to stop at its end."""

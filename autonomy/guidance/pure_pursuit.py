@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from autonomy.guidance.track import PathProgress
-from autonomy.guidance.track import bearing as bearing_between
+from support.planar_geometry import bearing as bearing_between
 
 
 @dataclass(frozen=True)

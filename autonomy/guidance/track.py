@@ -4,10 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import imc
-from support.rotations import wrap
-
-Point = tuple[float, float]  # m north, m east
+from support.planar_geometry import Point, along_and_across, bearing
 
 
 @dataclass(frozen=True)
@@ -66,9 +63,7 @@ class PathProgress(NamedTuple):
 def progress(track: Track, at: Point, speed: float, course: float, psi: float) -> PathProgress:
     """Progress of a vehicle at a point on a straight track."""
     direction = track.bearing
-    c, s = math.cos(direction), math.sin(direction)
-    north, east = at[0] - track.start[0], at[1] - track.start[1]
-    x, y = c * north + s * east, c * east - s * north
+    x, y = along_and_across(at[0] - track.start[0], at[1] - track.start[1], direction)
     drift = course - direction
     return PathProgress(
         x=x,
@@ -82,14 +77,3 @@ def progress(track: Track, at: Point, speed: float, course: float, psi: float) -
         vx=speed * math.cos(drift),
         vy=speed * math.sin(drift),
     )
-
-
-def bearing(origin: Point, target: Point) -> float:
-    """Direction from one point to another (rad)."""
-    return wrap(math.atan2(target[1] - origin[1], target[0] - origin[0]))
-
-
-def is_valid_path(path: imc.DesiredPath) -> bool:
-    """Whether the numbers of a path are finite and its end is a position on Earth."""
-    numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
-    return all(map(math.isfinite, numbers)) and abs(path.end_lat) <= 0.5 * math.pi and abs(path.end_lon) <= math.pi

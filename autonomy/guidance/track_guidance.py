@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import imc
-from autonomy.guidance.track import PathProgress, Track, bearing, progress
+from autonomy.guidance.track import PathProgress, Track, progress
 from support.number_parsing import clamp_magnitude
+from support.planar_geometry import bearing
 from support.rotations import wrap
 
 SLOWEST_COURSE = 0.2  # m/s; a slower vehicle has no course

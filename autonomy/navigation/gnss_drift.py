@@ -4,7 +4,7 @@ import math
 
 import imc
 from autonomy.navigation.fault_detection import CumulativeSum
-from support.wgs84 import displacement
+from support.wgs84 import offset
 
 VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 ALLOWED = 0.15  # m/s, of speed over ground
@@ -38,7 +38,7 @@ class FixDriftDetector:
         if before is None or not 0.0 < now - before[0] <= LONGEST:
             return False
         dt, old = now - before[0], before[1]
-        north, east, _ = displacement(old.lat, old.lon, 0.0, fix.lat, fix.lon, 0.0)
+        north, east = offset(old.lat, old.lon, fix.lat, fix.lon)
         along = 0.5 * (old.sog * math.cos(old.cog) + fix.sog * math.cos(fix.cog))
         across = 0.5 * (old.sog * math.sin(old.cog) + fix.sog * math.sin(fix.cog))
         self._north.add(north - dt * along, dt * ALLOWED)

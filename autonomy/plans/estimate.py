@@ -10,7 +10,7 @@ from typing import NamedTuple
 import imc
 from imc.coordinates import maneuver_corner_offsets
 from imc.tuple_list import parse_tuple_list
-from support.wgs84 import displace, displacement
+from support.wgs84 import displace, ground_distance
 
 LatLon = tuple[float, float]  # latitude, longitude (rad)
 CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward speed
@@ -198,5 +198,4 @@ def waypoints(maneuver: imc.Message) -> list[LatLon]:
 
 
 def _distance(start: LatLon, end: LatLon) -> float:
-    north, east, _ = displacement(*start, 0.0, *end, 0.0)
-    return math.hypot(north, east)
+    return ground_distance(*start, *end)

@@ -8,7 +8,7 @@ import imc
 from autonomy.limits import PLAN_MARGIN, OperatingLimits
 from autonomy.plans.estimate import waypoints
 from autonomy.plans.graph import HEIGHTS, ROUNDING, PlanGraph
-from support.wgs84 import displacement
+from imc.coordinates import area_contains
 
 Limit = imc.OpLimitsMask
 Units = imc.ZUnits
@@ -75,14 +75,11 @@ def area_violations(graph: PlanGraph, bounds: PlanBounds) -> Iterator[str]:
         return
     if area is None or not area.mask & Limit.AREA:
         return
-    c, s = math.cos(area.orientation), math.sin(area.orientation)
     for name, node in graph.nodes.items():
         circle = isinstance(node.maneuver, imc.Loiter | imc.CompassCalibration)
         margin = getattr(node.maneuver, "radius", 0.0) if circle else 0.0
         for lat, lon in waypoints(node.maneuver):
-            north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
-            along, across = abs(c * north + s * east), abs(c * east - s * north)
-            if along + margin > 0.5 * area.length or across + margin > 0.5 * area.width:
+            if not area_contains(area, lat, lon, margin):
                 yield f"{name}: is outside the area of the operational limits"
                 break
 

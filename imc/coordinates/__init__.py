@@ -1,5 +1,6 @@
 """Positions in messages, and patterns of parallel rows."""
 
+from imc.coordinates.limits_area import area_contains
 from imc.coordinates.row_pattern import altitude_row_spacing, maneuver_corner_offsets, row_corners, sonar_row_spacing
 from imc.coordinates.state_reference import NOWHERE, LocalOrigin, absolute_position
 
@@ -8,6 +9,7 @@ __all__ = [
     "LocalOrigin",
     "absolute_position",
     "altitude_row_spacing",
+    "area_contains",
     "maneuver_corner_offsets",
     "row_corners",
     "sonar_row_spacing",

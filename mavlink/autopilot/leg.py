@@ -5,22 +5,28 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import imc
-from autonomy.guidance import PathProgress, Track, is_valid_path, progress
+from autonomy.guidance import (
+    PathProgress,
+    Track,
+    circle_side,
+    eta_field,
+    is_valid_path,
+    length_violation,
+    loiters_here,
+    path_control_state,
+    progress,
+)
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from support.rotations import wrap
-from support.wgs84 import displace, displacement
+from support.wgs84 import displace, ground_distance, offset
 
 Flags = imc.DesiredPath.Flags
-Reached = imc.PathControlState.Flags
 Units = imc.ZUnits
 WHERE: Mapping[int, str] = {
     Units.DEPTH: "a depth",
     Units.ALTITUDE: "an altitude above the bottom",
     Units.HEIGHT: "a height",
 }
-KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
-LONGEST = 25000.0  # m
-UNKNOWN_ETA = 0xFFFF
 SLOWEST = 0.2  # m/s; least speed for an ETA and for a course
 LEAD = 2.0  # s that the target is ahead on a circle
 LARGEST_LEAD = math.radians(40.0)
@@ -93,19 +99,19 @@ class Leg:
             raise ValueError("the desired path has an invalid position or number")
         if path.speed_units != imc.SpeedUnits.METERS_PS or path.speed <= 0.0:
             raise ValueError("the speed for an autopilot must be in m/s, and more than 0")
-        here = path.flags & Flags.TAKEOFF or (path.flags & Flags.LOITER_CURR and path.lradius > 0.0)
+        here = path.flags & Flags.TAKEOFF or loiters_here(path)
         self.lat, self.lon = (at.lat, at.lon) if here else (path.end_lat, path.end_lon)
         self.path, self.height, self.speed = path, height, path.speed
         self.takes_off, self.lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
-        self.radius, self.side = max(0.0, path.lradius), -1 if path.flags & Flags.CCLOCKW else 1
+        self.radius, self.side = max(0.0, path.lradius), circle_side(path)
         self.near = self.loitering = self.arrived = False
         self.item: int | None = None  # of the mission in the autopilot's memory
         self.start = 0  # the item to begin with, for those that come before it
         self._origin = at.lat, at.lon
         self._correction = 0.0  # m by which the targets are outside the circle
         self._track = Track((0.0, 0.0), self._offset(self.lat, self.lon))
-        if self._track.length > LONGEST:
-            raise ValueError(f"the desired path is longer than {LONGEST / 1000:g} km")
+        if violation := length_violation(self._track.length):
+            raise ValueError(violation)
 
     def update_arrival(self, at: ReportedPosition, tolerance: ArrivalTolerance) -> bool:
         """Take where the vehicle is; True if it has just arrived at the end, or on the circle."""
@@ -139,7 +145,7 @@ class Leg:
 
         tangential: for one that always heads for it; others are carried out as far as these would cut the corner.
         """
-        north, east, _ = displacement(self.lat, self.lon, 0.0, at.lat, at.lon, 0.0)
+        north, east = offset(self.lat, self.lon, at.lat, at.lon)
         if self.loitering:
             most = LARGEST_CORRECTION * self.radius
             missed = self.radius - math.hypot(north, east)
@@ -185,35 +191,21 @@ class Leg:
     def path_control_state(self, at: ReportedPosition) -> imc.PathControlState:
         """The state of the path."""
         where, path = self.progress(at), self.path
-        flags = path.flags & KEPT_FLAGS
-        flags |= Reached.NEAR if self.near else 0
-        flags |= Reached.LOITERING if self.loitering else 0
+        path = path.replace(start_lat=self._origin[0], start_lon=self._origin[1], end_lat=self.lat, end_lon=self.lon)
         left = 0.0 if self.near or self.loitering else where.left
-        off = at.above_home - self.height  # as a depth error, positive if the end is deeper
-        return imc.PathControlState(
-            path_ref=path.path_ref,
-            start_lat=self._origin[0],
-            start_lon=self._origin[1],
-            start_z=path.start_z,
-            start_z_units=path.start_z_units,
-            end_lat=self.lat,
-            end_lon=self.lon,
-            end_z=path.end_z,
-            end_z_units=path.end_z_units,
-            lradius=path.lradius,
-            flags=flags,
+        return path_control_state(path, near=self.near, loitering=self.loitering).replace(
             x=left,
             y=where.y,
-            z=off,
+            z=at.above_home - self.height,  # as a depth error, positive if the end is deeper
             vx=where.vx,
             vy=where.vy,
             vz=at.vz,
             course_error=wrap(where.line_of_sight - where.course) if where.speed > SLOWEST else 0.0,
-            eta=min(UNKNOWN_ETA, round(left / max(SLOWEST, self.speed))),
+            eta=eta_field(left / max(SLOWEST, self.speed)),
         )
 
     def _away(self, at: ReportedPosition) -> float:
-        return math.hypot(*displacement(at.lat, at.lon, 0.0, self.lat, self.lon, 0.0)[:2])
+        return ground_distance(at.lat, at.lon, self.lat, self.lon)
 
     def _offset(self, lat: float, lon: float) -> tuple[float, float]:
-        return displacement(*self._origin, 0.0, lat, lon, 0.0)[:2]
+        return offset(*self._origin, lat, lon)

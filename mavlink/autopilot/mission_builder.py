@@ -12,7 +12,7 @@ from mavlink.autopilot.leg import Leg, ReportedPosition, path_height_above_home
 from mavlink.autopilot.setpoints import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE, degrees_e7
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from mavlink.missions import Item, MissionCommand
-from support.wgs84 import displace, displacement
+from support.wgs84 import displace, ground_distance
 
 NO_PLACE = 2  # MAV_FRAME of an item that has none
 EXTRA_TIME = 10.0  # s by which the autopilot's times are longer: Shoal goes on first while it lives
@@ -220,8 +220,8 @@ def find_leg_item(leg: Leg, items: Sequence[Item], begin: int) -> int | None:
     for number, item in enumerate(items[begin:], begin):
         if item.command not in ARRIVALS or (wanted is not None and item.command != wanted):
             continue
-        off = displacement(math.radians(item.x / 1e7), math.radians(item.y / 1e7), 0.0, leg.lat, leg.lon, 0.0)
-        if wanted is not None or math.hypot(off[0], off[1]) <= SAME_PLACE:
+        away = ground_distance(math.radians(item.x / 1e7), math.radians(item.y / 1e7), leg.lat, leg.lon)
+        if wanted is not None or away <= SAME_PLACE:
             return number
     return None
 

@@ -8,7 +8,7 @@ from mavlink.autopilot.leg import Leg, ReportedPosition
 from mavlink.autopilot.setpoints import position_target
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from support.rotations import wrap
-from support.wgs84 import displace, displacement
+from support.wgs84 import displace, ground_distance, offset
 
 CONFIRMATION = 2.0  # s in which the autopilot shows its target
 REPLAN = 6.0  # s; one that plans its path anew for each copy stands still if they come faster
@@ -81,10 +81,12 @@ class PositionTargets:
     def _is_lost(self, target: Target, at: ReportedPosition, now: float) -> bool:
         if now - self._sent_at < self._wait:
             return False
-        if self._shown is not None and self._shown_at >= self._sent_at:
-            north, east, _ = displacement(*self._shown, 0.0, target.lat, target.lon, 0.0)
-            if math.hypot(north, east) <= SAME_TARGET:
-                return False
+        if (
+            self._shown is not None
+            and self._shown_at >= self._sent_at
+            and ground_distance(*self._shown, target.lat, target.lon) <= SAME_TARGET
+        ):
+            return False
         away = _distance(target, at)
         closer = self._away - away >= APPROACH * (now - self._sent_at)
         if closer:
@@ -93,7 +95,7 @@ class PositionTargets:
 
     def _end_of_chord(self, leg: Leg, at: ReportedPosition) -> Target:
         """The corner to which a submarine goes; the corners move out or in until the way has the radius on average."""
-        north, east, _ = displacement(leg.lat, leg.lon, 0.0, at.lat, at.lon, 0.0)
+        north, east = offset(leg.lat, leg.lon, at.lat, at.lon)
         angle, away = math.atan2(east, north), math.hypot(north, east)
         half = min(0.5 * LARGEST_STEP, math.acos(max(0.0, 1.0 - SAGITTA / max(leg.radius, SAGITTA))))
         if math.isnan(self._angle):
@@ -101,7 +103,7 @@ class PositionTargets:
         self._radii.append(away)
         end = _corner(leg, leg.radius + self._outwards, self._angle)
         passed = leg.side * wrap(angle - self._angle) > 0.0 and away > 0.5 * leg.radius
-        if passed or math.hypot(*displacement(at.lat, at.lon, 0.0, end.lat, end.lon, 0.0)[:2]) < CORNER:
+        if passed or ground_distance(at.lat, at.lon, end.lat, end.lon) < CORNER:
             if leg.loitering:
                 most = LARGEST_CORRECTION * leg.radius
                 missed = leg.radius - math.fsum(self._radii) / len(self._radii)
@@ -118,5 +120,5 @@ def _corner(leg: Leg, radius: float, angle: float) -> Target:
 
 
 def _distance(target: Target, at: ReportedPosition) -> float:
-    north, east, _ = displacement(at.lat, at.lon, 0.0, target.lat, target.lon, 0.0)
+    north, east = offset(at.lat, at.lon, target.lat, target.lon)
     return math.hypot(north, east, target.height - at.above_home)

@@ -3,7 +3,7 @@
 from mavlink.missions.command_conversion import COMMANDS
 from mavlink.missions.conversion_context import ConversionContext
 from mavlink.missions.enums import BadItem, MissionCommand, MissionError, MissionResult, MissionType
-from mavlink.missions.fence import fence_items, inside, limits_with_fence
+from mavlink.missions.fence import fence_items, limits_with_fence
 from mavlink.missions.from_plan import ConvertedMission, home_item, items_of
 from mavlink.missions.item import Item, first_item_seq, opaque_id
 from mavlink.missions.item_builder import MANEUVERS
@@ -38,7 +38,6 @@ __all__ = [
     "fence_items",
     "first_item_seq",
     "home_item",
-    "inside",
     "items_of",
     "limits_with_fence",
     "opaque_id",

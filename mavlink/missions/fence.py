@@ -16,7 +16,8 @@ from mavlink.missions.enums import (
 )
 from mavlink.missions.item import DEGREES, Item, check_position, to_float32
 from mavlink.positions import degrees_e7
-from support.wgs84 import displace, displacement
+from support.planar_geometry import north_and_east
+from support.wgs84 import displace, offset
 
 CORNERS = 4
 TOLERANCE = 0.5  # m by which a corner may be off a rectangle
@@ -70,16 +71,6 @@ def fence_items(limits: imc.OperationalLimits) -> list[Item]:
     return items
 
 
-def inside(limits: imc.OperationalLimits, lat: float, lon: float, margin: float = 0.0) -> bool:
-    """Whether a place (rad), and `margin` m around it, is in the area of the limits, if they have one."""
-    if not limits.mask & AREA:
-        return True
-    c, s = math.cos(limits.orientation), math.sin(limits.orientation)
-    north, east, _ = displacement(limits.lat, limits.lon, 0.0, lat, lon, 0.0)
-    along, across = abs(c * north + s * east) + margin, abs(c * east - s * north) + margin
-    return along <= 0.5 * limits.length and across <= 0.5 * limits.width
-
-
 def _check(item: Item) -> None:
     if item.command == MissionCommand.NAV_RALLY_POINT or item.mission_type == MissionType.RALLY:
         raise MissionError(MissionResult.UNSUPPORTED, "rally points are not supported")
@@ -101,10 +92,10 @@ def _rectangle(items: Sequence[Item], limits: imc.OperationalLimits) -> imc.Oper
     places = [(math.radians(item.x / DEGREES), math.radians(item.y / DEGREES)) for item in items]
     lat, lon = places[0]
     for _ in range(2):  # the first center is that of a map around a corner
-        offsets = [displacement(lat, lon, 0.0, *place, 0.0)[:2] for place in places]
+        offsets = [offset(lat, lon, *place) for place in places]
         north, east = (math.fsum(axis) / CORNERS for axis in zip(*offsets, strict=True))
         lat, lon, _ = displace(lat, lon, 0.0, north, east)
-    corners = [displacement(lat, lon, 0.0, *place, 0.0)[:2] for place in places]
+    corners = [offset(lat, lon, *place) for place in places]
     ahead, right = _axis(corners, (-0.5, 0.5, 0.5, -0.5)), _axis(corners, (-0.5, -0.5, 0.5, 0.5))
     length, width = math.hypot(*ahead), math.hypot(*right)
     if min(length, width) < SMALLEST:
@@ -133,6 +124,5 @@ def _axis(corners: Sequence[Offset], weights: Sequence[float]) -> Offset:
 
 def _corners(bearing: float, length: float, width: float) -> list[Offset]:
     """Offsets (m) of the corners of a rectangle from its center: back left, front left, front right, back right."""
-    c, s = math.cos(bearing), math.sin(bearing)
     ends = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
-    return [(c * x * length - s * y * width, s * x * length + c * y * width) for x, y in ends]
+    return [north_and_east(x * length, y * width, bearing) for x, y in ends]

@@ -5,9 +5,9 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import imc
+from imc.coordinates import area_contains
 from mavlink.missions.conversion_context import ConversionContext, Level, Units
 from mavlink.missions.enums import PARAMETERS, MissionError, MissionResult
-from mavlink.missions.fence import inside
 from mavlink.missions.item import DEGREES, Item, check_position
 from mavlink.missions.item_map import ItemMap
 
@@ -81,7 +81,7 @@ class PlanBuilder:
         lat, lon = (getattr(maneuver, axis, 0.0) for axis in ("lat", "lon"))
         margin = maneuver.radius if isinstance(maneuver, imc.Loiter) else 0.0
         area = self.context.area
-        if area is not None and not lat == lon == 0.0 and not inside(area, lat, lon, margin):
+        if area is not None and not lat == lon == 0.0 and not area_contains(area, lat, lon, margin):
             raise MissionError(MissionResult.INVALID, "is outside the fence, the area of the operational limits")
         name = f"{type(maneuver).__name__}{len(self._steps) - 1}"
         actions = tuple(self.pending)

@@ -7,6 +7,7 @@ import imc
 from mavlink.dialect import Fields
 from mavlink.positions import GlobalPosition, Home, degrees_e7, wrapped
 from support import wgs84
+from support.planar_geometry import north_and_east
 
 State = imc.EntityState.State
 UNKNOWN_16 = 0xFFFF
@@ -60,10 +61,9 @@ def velocity_of(state: imc.EstimatedState) -> tuple[float, float, float] | None:
     if not (known and _slow(*body)):
         return None
     cr, sr, cp, sp = math.cos(state.phi), math.sin(state.phi), math.cos(state.theta), math.sin(state.theta)
-    cy, sy = math.cos(state.psi), math.sin(state.psi)
     u, v, w = body
     level, across = cp * u + sp * (sr * v + cr * w), cr * v - sr * w
-    return level * cy - across * sy, level * sy + across * cy, -sp * u + cp * (sr * v + cr * w)
+    return *north_and_east(level, across, state.psi), -sp * u + cp * (sr * v + cr * w)
 
 
 def boot_ms(time: float, boot: float) -> int:

@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import imc
 from autonomy.limits import MAVLINK_MARGIN, OperatingLimits
-from mavlink.missions import fence_items, inside
+from imc.coordinates import area_contains
+from mavlink.missions import fence_items
 from mavlink.vehicle.latest_values import LatestValues
 
 MAX_PLAN_SPEED = 100.0  # m/s that a plan may ask for
@@ -41,7 +42,7 @@ class VehicleLimits:
     def contains(self, lat: float, lon: float) -> bool | None:
         """Whether a place (rad) is inside the fence; None if there is none."""
         known = self.message
-        return inside(known, lat, lon) if known is not None and fence_items(known) else None
+        return area_contains(known, lat, lon) if known is not None and fence_items(known) else None
 
     def _present(self) -> OperatingLimits:
         own = OperatingLimits.from_options(

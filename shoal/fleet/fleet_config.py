@@ -16,7 +16,7 @@ from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.durations import parse_duration
 from support.number_parsing import leading_number
 from support.terminal_text import quoted, with_suggestion
-from support.wgs84 import displace, displacement
+from support.wgs84 import displace, ground_distance
 
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east
@@ -185,8 +185,7 @@ def _refuse_crowded_starts(vehicles: tuple[FleetVehicle, ...], source: FleetFile
         row, column = (round(CELLS * angle) for angle in (lat, lon * math.cos(round(lat, 2))))
         near = (found for r in (-1, 0, 1) for c in (-1, 0, 1) for found in cells.get((row + r, column + c), ()))
         for other, other_lat, other_lon in near:
-            north, east, _ = displacement(other_lat, other_lon, 0.0, lat, lon, 0.0)
-            if (away := math.hypot(north, east)) < NEAREST:
+            if (away := ground_distance(other_lat, other_lon, lat, lon)) < NEAREST:
                 words = f"{other.name} and {vehicle.name} start {away:.1f} m apart, at least {NEAREST:g} m are needed"
                 hint = "groups with a start are rows of their own: set start, count or spacing"
                 source.fail(f"vehicles[{vehicle.group}].start", f"{words} ({hint})")

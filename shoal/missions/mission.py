@@ -12,7 +12,7 @@ from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.start_request import PlanStartRequest
 from support.number_parsing import leading_number
-from support.wgs84 import displacement
+from support.wgs84 import ground_distance
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages
 ON_TRACK, AT_DEPTH = 1.5, 0.5  # m; on each path, errors count once they have been smaller
@@ -158,8 +158,7 @@ class Mission:
         if before == NOWHERE != self._reference:
             self._position = None
         if self._is_flying and self._position is not None and self.report.legs:
-            north, east, _ = displacement(*self._position, 0.0, *position, 0.0)
-            self.report.legs[-1].distance += math.hypot(north, east)
+            self.report.legs[-1].distance += ground_distance(*self._position, *position)
             self.report.deepest = max(self.report.deepest, state.depth)
         self._position = position
 

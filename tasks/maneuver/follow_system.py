@@ -7,7 +7,8 @@ import imc
 from imc.coordinates import absolute_position
 from runtime import param
 from support.log_limit import ReportLimit
-from support.wgs84 import displace, displacement
+from support.planar_geometry import north_and_east
+from support.wgs84 import displace, ground_distance, offset
 from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 
 JUMP = 50.0  # m between two positions of a system that rests
@@ -104,9 +105,9 @@ class FollowSystem(Maneuver):
             return f"it is beyond {self.maximum_distance:g} m"
         if self._seen is None:
             return ""
-        north, east, _ = displacement(self._seen.lat, self._seen.lon, 0.0, lat, lon, 0.0)
+        away = ground_distance(self._seen.lat, self._seen.lon, lat, lon)
         reach = JUMP + self.maximum_speed * self.age(self._seen.time)
-        return "" if math.hypot(north, east) <= reach else f"it would have moved faster than {self.maximum_speed:g} m/s"
+        return "" if away <= reach else f"it would have moved faster than {self.maximum_speed:g} m/s"
 
     def _course(self, lat: float, lon: float) -> float:
         """The course (rad) of a system that announces a position."""
@@ -114,7 +115,7 @@ class FollowSystem(Maneuver):
         if before is None or self._mark is None:
             self._mark = (lat, lon)
             return 0.0 if before is None else before.course
-        north, east, _ = displacement(*self._mark, 0.0, lat, lon, 0.0)
+        north, east = offset(*self._mark, lat, lon)
         if math.hypot(north, east) < self.min_displace:
             return before.course
         self._mark = (lat, lon)
@@ -126,8 +127,7 @@ class FollowSystem(Maneuver):
         if self._is_too_near(seen):
             self.set_control_loops(0)
             return
-        c, s = math.cos(seen.course), math.sin(seen.course)
-        lat, lon, _ = displace(seen.lat, seen.lon, 0.0, c * order.x + s * order.y, s * order.x - c * order.y)
+        lat, lon, _ = displace(seen.lat, seen.lon, 0.0, *north_and_east(order.x, -order.y, seen.course))
         z = order.z + seen.depth if order.z_units == imc.ZUnits.DEPTH else order.z
         self.set_control_loops(Loops.PATH)
         leg = PathEnd(lat, lon, z, order.z_units, order.speed, order.speed_units)
@@ -138,8 +138,7 @@ class FollowSystem(Maneuver):
         if at is None or self.state is None:
             return False
         lat, lon, _ = absolute_position(self.state)
-        north, east, _ = displacement(lat, lon, 0.0, at.lat, at.lon, 0.0)
-        return math.hypot(north, east) < self.minimum_safe_distance
+        return ground_distance(lat, lon, at.lat, at.lon) < self.minimum_safe_distance
 
     def _name(self) -> str:
         return self.vehicle.systems.name(self._order.system)

@@ -11,7 +11,7 @@ from imc.coordinates import absolute_position
 from runtime import Script, State, Task, consume, periodic
 from runtime.bus import Subscription
 from runtime.task import Inbox
-from support.wgs84 import displacement
+from support.wgs84 import offset
 
 Phase = imc.ManeuverControlState.State
 Loops = imc.CLoopsMask
@@ -219,8 +219,7 @@ class Maneuver(Task):
         if self.state is None:
             raise ManeuverError("position is unknown")
         own_lat, own_lon, _ = absolute_position(self.state)
-        north, east, _ = displacement(own_lat, own_lon, 0.0, lat, lon, 0.0)
-        return north, east
+        return offset(own_lat, own_lon, lat, lon)
 
     def range_to(self, leg: PathEnd) -> float:
         """Horizontal distance (m) from the vehicle to the end of `leg`."""

@@ -5,7 +5,7 @@ import math
 import imc
 from imc.coordinates import absolute_position
 from runtime import param
-from support.wgs84 import displacement
+from support.wgs84 import ground_distance
 from tasks.maneuver.depth_spiral import spiral
 from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 from tasks.maneuver.station_control import keep_station
@@ -82,5 +82,5 @@ class PopUp(Maneuver):
         if self.state is None or not fix.validity & imc.GpsFix.Validity.VALID_POS:
             return False
         lat, lon, _ = absolute_position(self.state)
-        north, east, _ = displacement(lat, lon, 0.0, fix.lat, fix.lon, 0.0)
-        return fix.satellites >= self.minimum_satellites and math.hypot(north, east) <= self.minimum_distance
+        away = ground_distance(lat, lon, fix.lat, fix.lon)
+        return fix.satellites >= self.minimum_satellites and away <= self.minimum_distance

@@ -3,10 +3,9 @@
 import math
 
 import imc
-from imc.coordinates import absolute_position
+from imc.coordinates import absolute_position, area_contains
 from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import ParameterError, State, Task, consume, param, periodic
-from support.wgs84 import displacement
 
 Limit = imc.OpLimitsMask
 MAX_DEPTH, MIN_ALT, MAX_ALT = Limit.MAX_DEPTH.value, Limit.MIN_ALT.value, Limit.MAX_ALT.value
@@ -146,15 +145,6 @@ class OperationalLimits(Task):
             "minimum speed": mask & MIN_SPEED and speed < limits.min_speed,
             "maximum speed": mask & MAX_SPEED and speed > limits.max_speed,
             "maximum vertical rate": mask & MAX_VRATE and sinking > limits.max_vrate,
-            "area": mask & AREA and self._is_outside(state),
+            "area": mask & AREA and not area_contains(limits, *absolute_position(state)[:2]),
         }
         return {name for name, passed in found.items() if passed}
-
-    def _is_outside(self, state: imc.EstimatedState) -> bool:
-        """Whether the vehicle is outside the rectangle around `lat`, `lon`, with `length` along `orientation`."""
-        area = self._limits
-        lat, lon, _ = absolute_position(state)
-        north, east, _ = displacement(area.lat, area.lon, 0.0, lat, lon, 0.0)
-        c, s = math.cos(area.orientation), math.sin(area.orientation)
-        along, across = c * north + s * east, c * east - s * north
-        return abs(along) > 0.5 * area.length or abs(across) > 0.5 * area.width

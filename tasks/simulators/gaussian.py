@@ -76,8 +76,7 @@ class Gaussian(Task):
             return
         if self._origin != (truth.lat, truth.lon):
             self._origin = truth.lat, truth.lon
-            north, east, _ = wgs84.displacement(*self._peak, 0.0, truth.lat, truth.lon, 0.0)
-            self._offset = north, east
+            self._offset = wgs84.offset(*self._peak, truth.lat, truth.lon)
         distance = math.hypot(self._offset[0] + truth.x, self._offset[1] + truth.y) / self.peak_width
         bell = math.exp(-0.5 * distance * distance)
         value = self.value_away_from_peak + (self.value_at_peak - self.value_away_from_peak) * bell + noise

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Protocol
 
+from support.planar_geometry import along_and_across, north_and_east
 from support.rotations import wrap
 
 PEAK_RATE = 1.875  # of a minimum-jerk ramp of one unit in one second
@@ -73,13 +74,12 @@ class LinePattern:
 
     def __init__(self, north: float, east: float, course: float, lookahead: float):
         self.north, self.east, self.course, self.lookahead = north, east, course, lookahead
-        self._cos, self._sin = math.cos(course), math.sin(course)
 
     def distance_along(self, north: float, east: float) -> float:
-        return (north - self.north) * self._cos + (east - self.east) * self._sin
+        return along_and_across(north - self.north, east - self.east, self.course)[0]
 
     def guidance_course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
-        across = (east - self.east) * self._cos - (north - self.north) * self._sin
+        _, across = along_and_across(north - self.north, east - self.east, self.course)
         return self.course - math.atan(across / self.lookahead), 0.0
 
 
@@ -133,8 +133,7 @@ class LegsPattern:
 def lawn_mower_corners(length: float, spacing: float, count: int, course: float) -> list[tuple[float, float, None]]:
     """Corners (north, east) of `count` legs of `length` at `course` (rad), `spacing` apart to starboard (m)."""
     forward = [(length if (i + 1) // 2 % 2 else 0.0, i // 2 * spacing) for i in range(2 * count)]
-    c, s = math.cos(course), math.sin(course)
-    return [(a * c - b * s, a * s + b * c, None) for a, b in forward]
+    return [(*north_and_east(along, across, course), None) for along, across in forward]
 
 
 def parse_points(rows: Sequence[str], sizes: tuple[int, ...]) -> list[list[float]]:

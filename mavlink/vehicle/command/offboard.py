@@ -11,6 +11,7 @@ from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResu
 from mavlink.vehicle.mission import PlanReply, sequential_plan
 from mavlink.vehicle.session import Session
 from support import wgs84
+from support.planar_geometry import north_and_east
 
 NO_POSITION, NO_VELOCITY = 0x07, 0x38  # POSITION_TARGET_TYPEMASK
 NO_THROTTLE, NO_ATTITUDE = 0x40, 0x80  # ATTITUDE_TARGET_TYPEMASK
@@ -200,8 +201,7 @@ class OffboardTarget:
         if not all(map(math.isfinite, (north, east, down))) or home is None:
             raise MissionError(MissionResult.INVALID, "the position is not a number")
         if kind in (BODY, BODY_OFFSET):
-            c, s = math.cos(state.psi), math.sin(state.psi)
-            north, east = c * north - s * east, s * north + c * east
+            north, east = north_and_east(north, east, state.psi)
         elif kind not in (LOCAL, LOCAL_OFFSET):
             raise MissionError(MissionResult.UNSUPPORTED_FRAME, f"frame {kind} has no meaning for a target")
         if kind == LOCAL:

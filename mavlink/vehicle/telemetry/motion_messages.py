@@ -73,7 +73,7 @@ def nav_controller_output(sources: TelemetryContext, flavor: Flavor, now: float)
         known = all(map(math.isfinite, (state.phi, state.theta, state.psi)))
         return sensors_from_imc.nav_controller_output_without_target(state) if known else None
     try:
-        north, east, _ = wgs84.displacement(place.lat, place.lon, 0.0, path.end_lat, path.end_lon, 0.0)
+        north, east = wgs84.offset(place.lat, place.lon, path.end_lat, path.end_lon)
     except (ArithmeticError, ValueError):
         return None
     if not all(map(math.isfinite, (north, east, path.course_error, path.y, state.phi, state.theta, state.psi))):

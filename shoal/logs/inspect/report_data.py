@@ -169,7 +169,7 @@ def _motion(rows: list[tuple[float, ...]], summary: LogSummary) -> tuple[Vehicle
     references, places = np.unique(np.column_stack((lat, lon)), axis=0, return_inverse=True)
     origin = (float(lat[0]), float(lon[0]))
     points: list[tuple[float, float]] = references.tolist()
-    offsets = np.array([wgs84.displacement(*origin, 0.0, *point, 0.0)[:2] for point in points])
+    offsets = np.array([wgs84.offset(*origin, *point) for point in points])
     north, east = (offsets[places.reshape(-1)] + np.column_stack((x, y))).T
     motion = VehicleMotion(
         table[:, 0] - summary.start,

@@ -93,7 +93,7 @@ def _moved(run: ReportData, origin: tuple[float, float] | None) -> VehicleMotion
     """The motion of a run relative to another origin (latitude, longitude, rad)."""
     if origin is None or run.origin is None:
         return run.motion
-    north, east, _ = wgs84.displacement(*origin, 0.0, *run.origin, 0.0)
+    north, east = wgs84.offset(*origin, *run.origin)
     return run.motion._replace(north=run.motion.north + north, east=run.motion.east + east)
 
 

@@ -15,23 +15,24 @@ from autonomy.guidance import (
     Track,
     TrackGuidance,
     TrackGuidanceGains,
+    circle_side,
+    eta_field,
     is_valid_path,
+    length_violation,
+    loiters_here,
+    path_control_state,
 )
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import wrap
-from support.wgs84 import displace, displacement
+from support.wgs84 import displace, offset
 
 Flags = imc.DesiredPath.Flags
-StateFlags = imc.PathControlState.Flags
 Loops = imc.CLoopsMask
 DEPTH, ALTITUDE = Loops.DEPTH.value, Loops.ALTITUDE.value
 YAW, SPEED = Loops.YAW.value, Loops.SPEED.value
-KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE: Loops.ALTITUDE}
-LONGEST = 25000.0  # m
 RECENT = 1.0  # s
-UNKNOWN_ETA = 0xFFFF
 LONGEST_BRAKE = 30.0  # s
 SILENCE = 2.0  # s without EstimatedState
 EARLY = 1e-3  # s; a state may come this much early for its cycle
@@ -183,17 +184,16 @@ class PathFollowerTask(Task):
     def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         start_lat, start_lon = self._start_of(path, state)
         end_lat, end_lon = path.end_lat, path.end_lon
-        if path.flags & Flags.LOITER_CURR and path.lradius > 0.0:
+        if loiters_here(path):
             end_lat, end_lon = _position(state)
         path = path.replace(start_lat=start_lat, start_lon=start_lon, end_lat=end_lat, end_lon=end_lon)
         still = self._path is not None and self._guidance.loitering and path.lradius > 0.0
         track, at = self._track_of(path, state), (state.x, state.y)
-        if track.length > LONGEST or (
-            track.length == 0.0 and path.lradius <= 0.0 and math.dist(at, track.end) > LONGEST
-        ):
-            self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
-            return
         distance = math.dist(at, track.end)
+        is_point = track.length == 0.0 and path.lradius <= 0.0
+        if violation := length_violation(distance if is_point else track.length):
+            self._fail(violation)
+            return
         loitering = path.lradius > 0.0 and (
             distance <= path.lradius or (still and 0.75 * path.lradius <= distance <= 1.25 * path.lradius)
         )
@@ -225,9 +225,9 @@ class PathFollowerTask(Task):
     def _track_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Track:
         """The path in meters from the reference position of the state."""
         lat, lon = state.lat, state.lon
-        start = displacement(lat, lon, 0.0, path.start_lat, path.start_lon, 0.0)[:2]
-        end = displacement(lat, lon, 0.0, path.end_lat, path.end_lon, 0.0)[:2]
-        return Track(start, end, max(0.0, path.lradius), -1 if path.flags & Flags.CCLOCKW else 1)
+        start = offset(lat, lon, path.start_lat, path.start_lon)
+        end = offset(lat, lon, path.end_lat, path.end_lon)
+        return Track(start, end, max(0.0, path.lradius), circle_side(path))
 
     def _enable_for(self, path: imc.DesiredPath) -> None:
         wanted = YAW | SPEED
@@ -263,27 +263,13 @@ class PathFollowerTask(Task):
             self.publish(avoids if self._bottom.active else imc.DesiredZ(value=path.end_z, z_units=path.end_z_units))
 
     def _report(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
-        guidance, flags = self._guidance, path.flags & KEPT_FLAGS
-        where, loitering = guidance.where, guidance.loitering
-        flags |= StateFlags.NEAR if guidance.near else 0
-        flags |= StateFlags.LOITERING if loitering else 0
-        y = where.y
+        guidance, where = self._guidance, self._guidance.where
+        loitering, y = guidance.loitering, where.y
         if loitering:
             y = math.dist((state.x, state.y), guidance.track.end) - guidance.track.radius
         now = state.alt if path.end_z_units == imc.ZUnits.ALTITUDE else state.depth
         self.publish(
-            imc.PathControlState(
-                path_ref=path.path_ref,
-                start_lat=path.start_lat,
-                start_lon=path.start_lon,
-                start_z=path.start_z,
-                start_z_units=path.start_z_units,
-                end_lat=path.end_lat,
-                end_lon=path.end_lon,
-                end_z=path.end_z,
-                end_z_units=path.end_z_units,
-                lradius=path.lradius,
-                flags=flags,
+            path_control_state(path, near=guidance.near, loitering=loitering).replace(
                 x=0.0 if loitering else where.left,
                 y=y,
                 z=path.end_z - now,
@@ -291,7 +277,7 @@ class PathFollowerTask(Task):
                 vy=where.vy,
                 vz=state.vz,
                 course_error=wrap(guidance.target - guidance.course),
-                eta=0 if loitering else max(0, min(UNKNOWN_ETA, round(guidance.eta))),
+                eta=0 if loitering else eta_field(guidance.eta),
             )
         )
 

@@ -22,6 +22,7 @@ from autonomy.limits import OperatingLimits
 from autonomy.navigation import VerticalSpeedEstimator
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
+from support.planar_geometry import north_and_east
 from support.rotations import Vector, rotation
 
 Loops = imc.CLoopsMask
@@ -137,8 +138,7 @@ class Autopilot(Task):
         if not math.isfinite(velocity.u + velocity.v + velocity.w):
             self.log.warning("desired velocity is not a number")
             return
-        c, s = math.cos(self._state.psi), math.sin(self._state.psi)
-        self._reference = velocity.u * c - velocity.v * s, velocity.u * s + velocity.v * c, velocity.w
+        self._reference = *north_and_east(velocity.u, velocity.v, self._state.psi), velocity.w
         self._referred = self.now
 
     @consume

@@ -18,23 +18,25 @@ from autonomy.guidance import (
     MultirotorGuidanceGains,
     MultirotorLimits,
     PathProgress,
+    circle_side,
+    eta_field,
     ground_z,
     is_valid_path,
+    length_violation,
+    loiters_here,
+    path_control_state,
 )
 from autonomy.limits import OperatingLimits
 from runtime import State, Task, consume, param
 from runtime.vehicle import general_number
+from support.planar_geometry import along_and_across
 from support.rotations import wrap
-from support.wgs84 import displacement
+from support.wgs84 import offset
 
 Flags = imc.DesiredPath.Flags
-Reached = imc.PathControlState.Flags
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
-KEPT_FLAGS = Flags.NO_Z | Flags["_3DTRACK"] | Flags.CCLOCKW
 WANTED = int(Loops.VELOCITY | Loops.YAW)
-LONGEST = 25000.0  # m
-UNKNOWN_ETA = 0xFFFF
 PATIENCE = 3.0  # s without ArmingState, which comes once per second
 EARLY = 1e-3  # s; a report may come this much early
 
@@ -167,14 +169,13 @@ class Path(Task):
         start = before if resumes and math.dist(before, at) < 3.0 * self.near_radius else at
         if path.flags & Flags.START:
             start = (*self._over_ground(state, path.start_lat, path.start_lon), start[2])
-        here = path.flags & Flags.TAKEOFF or (path.flags & Flags.LOITER_CURR and path.lradius > 0.0)
+        here = path.flags & Flags.TAKEOFF or loiters_here(path)
         north, east = at[:2] if here else self._over_ground(state, path.end_lat, path.end_lon)
         end = north, east, self._down(path, state)
-        if math.dist(start, end) > LONGEST:
-            self._fail(f"the desired path is longer than {LONGEST / 1000:g} km")
+        if violation := length_violation(math.dist(start, end)):
+            self._fail(violation)
             return
-        side = -1 if path.flags & Flags.CCLOCKW else 1
-        circle = Circle(end, path.lradius, side) if path.lradius > 0.0 else None
+        circle = Circle(end, path.lradius, circle_side(path)) if path.lradius > 0.0 else None
         takes_off, lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
         guidance.begin(Line(start, end), circle, state.psi, takes_off=takes_off, lands=lands)
         self._path, self._reported = path, -math.inf
@@ -198,7 +199,7 @@ class Path(Task):
         self._divergence.restart(self.now)
 
     def _over_ground(self, state: imc.EstimatedState, lat: float, lon: float) -> tuple[float, float]:
-        return displacement(state.lat, state.lon, 0.0, lat, lon, 0.0)[:2]
+        return offset(state.lat, state.lon, lat, lon)
 
     def _down(self, path: imc.DesiredPath, state: imc.EstimatedState) -> float:
         """The end of a path, m below the reference, within the limits; publishes it as DesiredZ."""
@@ -225,8 +226,7 @@ class Path(Task):
         wanted = guidance.step(state, limits, stands=self._stands)
         if before != (guidance.near, guidance.loitering):
             self._reported = -math.inf
-        c, s = math.cos(state.psi), math.sin(state.psi)
-        ahead, starboard = wanted[0] * c + wanted[1] * s, wanted[1] * c - wanted[0] * s
+        ahead, starboard = along_and_across(wanted[0], wanted[1], state.psi)
         axes = imc.DesiredVelocity.Flags
         self.publish(imc.DesiredVelocity(u=ahead, v=starboard, w=wanted[2], flags=axes.SURGE | axes.SWAY | axes.HEAVE))
         self.publish(imc.DesiredHeading(value=guidance.heading))
@@ -240,23 +240,11 @@ class Path(Task):
                 self._fail(error)
 
     def _report(self, path: imc.DesiredPath, where: PathProgress, state: imc.EstimatedState, speed: float) -> None:
-        guidance, flags = self._guidance, path.flags & KEPT_FLAGS
-        flags |= Reached.NEAR if guidance.near else 0
-        flags |= Reached.NO_Z if guidance.landing else 0
-        flags |= Reached.LOITERING if guidance.loitering else 0
+        guidance = self._guidance
+        report = path_control_state(path, near=guidance.near, loitering=guidance.loitering)
         self.publish(
-            imc.PathControlState(
-                path_ref=path.path_ref,
-                start_lat=path.start_lat,
-                start_lon=path.start_lon,
-                start_z=path.start_z,
-                start_z_units=path.start_z_units,
-                end_lat=path.end_lat,
-                end_lon=path.end_lon,
-                end_z=path.end_z,
-                end_z_units=path.end_z_units,
-                lradius=path.lradius,
-                flags=flags,
+            report.replace(
+                flags=report.flags | (imc.PathControlState.Flags.NO_Z if guidance.landing else 0),
                 x=0.0 if guidance.loitering else where.left,
                 y=where.y,
                 z=state.z - guidance.line.end[2],
@@ -264,7 +252,7 @@ class Path(Task):
                 vy=where.vy,
                 vz=state.vz,
                 course_error=wrap(where.line_of_sight - where.course),
-                eta=min(UNKNOWN_ETA, round(guidance.eta(where, speed))),
+                eta=eta_field(guidance.eta(where, speed)),
             )
         )
 

@@ -30,8 +30,9 @@ from autonomy.navigation import (
     missing_reason,
 )
 from runtime import State, Task, consume, param, periodic
+from support.planar_geometry import north_and_east
 from support.rotations import wrap
-from support.wgs84 import displacement
+from support.wgs84 import offset
 
 VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
@@ -211,7 +212,7 @@ class GPSNavigation(Task):
             self._reference = fix
             state.reset_position(0.0, 0.0, variance)
         reference = self._reference
-        north, east, _ = displacement(reference.lat, reference.lon, 0.0, fix.lat, fix.lon, 0.0)
+        north, east = offset(reference.lat, reference.lon, fix.lat, fix.lon)
         if self._moved_on:
             self._moved_on = False
             state.reset_position(north, east, variance)
@@ -241,8 +242,7 @@ class GPSNavigation(Task):
         if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
             along, across = fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
             u, v = state.ground_velocity(psi)
-            c, s = math.cos(psi), math.sin(psi)
-            if math.hypot(along - (c * u - s * v), across - (s * u + c * v)) <= SPEED_JUMP:
+            if math.dist((along, across), north_and_east(u, v, psi)) <= SPEED_JUMP:
                 state.measure_velocity(along, across, psi, self.speed_variance)
         if math.hypot(north, east) > self.farthest:
             self._reference = fix
@@ -256,8 +256,7 @@ class GPSNavigation(Task):
         if place is None:
             return
         u, v = state.ground_velocity(psi) if self._reference is not None else (0.0, 0.0)
-        c, s = math.cos(psi), math.sin(psi)
-        vx, vy = c * u - s * v, s * u + c * v
+        vx, vy = north_and_east(u, v, psi)
         self.publish(
             imc.EstimatedState(
                 lat=place.lat,
