@@ -11,6 +11,7 @@ from ipaddress import IPv4Address
 from typing import NamedTuple, Self
 
 from support.terminal_text import quoted
+from support.text_length import clip
 
 MULTICAST = "224.0.75.69"
 BROADCAST = "255.255.255.255"
@@ -181,4 +182,4 @@ def announce_targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> 
 def displayable_name(name: str) -> str:
     """A name from the network as it can be shown: printable, without spaces at its ends, at most 64 characters."""
     shown = "".join(c for c in name[: 4 * LONGEST_NAME] if c.isprintable()).strip()
-    return shown if len(shown) <= LONGEST_NAME else f"{shown[: LONGEST_NAME - 1]}…"
+    return clip(shown, LONGEST_NAME)

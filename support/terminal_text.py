@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+from support.text_length import clip
+
 
 def printable(text: str) -> str:
     """`text` with control characters and non-UTF-8 bytes escaped, safe for a terminal."""
@@ -71,7 +73,7 @@ def with_suggestion(reason: str, word: str, words: Iterable[str]) -> str:
 
 def quoted(text: str) -> str:
     """`text` in quotes, safe for a terminal and cut to 80 characters."""
-    return f"'{printable(text if len(text) <= 80 else text[:79] + '…')}'"
+    return f"'{printable(clip(text, 80))}'"
 
 
 def _escape(character: str) -> str:

@@ -1,6 +1,7 @@
 """Writes a schema as IMC.xml, in the form that DUNE logs and that imcjava and Neptus read."""
 
 from collections.abc import Iterator
+from xml.sax.saxutils import escape
 
 from imc.layout import NUMPY, VARIABLE, WIRE_CODES
 from imc.schema.definition import Enumeration, Field, MessageType, NamedUnit, Value
@@ -23,8 +24,8 @@ _FRAME = """\
 """
 
 
-_IN_TEXT = (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("\r", "&#13;"))
-_IN_ATTRIBUTE = (('"', "&quot;"), ("\n", "&#10;"), ("\t", "&#9;"))
+_IN_TEXT = {"\r": "&#13;"}  # besides &, < and >
+_IN_ATTRIBUTE = {**_IN_TEXT, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
 
 Descriptions = dict[tuple[str, ...], str]
 
@@ -142,19 +143,15 @@ def _element(tag: str, depth: int, description: str | None, inner: str = "", /, 
 
 
 def _description(text: str | None, depth: int) -> str:
-    return f"{'  ' * depth}<description>{_escape(text, _IN_TEXT)}</description>\n" if text else ""
+    return f"{'  ' * depth}<description>{escape(text, _IN_TEXT)}</description>\n" if text else ""
 
 
 def _tag(tag: str, depth: int, end: str = "/>", /, **attributes: str | None) -> str:
-    text = "".join(f' {key.replace("_", "-")}="{_escape(value)}"' for key, value in attributes.items() if value)
+    text = "".join(
+        f' {key.replace("_", "-")}="{escape(value, _IN_ATTRIBUTE)}"' for key, value in attributes.items() if value
+    )
     return f"{'  ' * depth}<{tag}{text}{end}\n"
 
 
 def _number(value: int | float | None) -> str:
     return "" if value is None else repr(value)
-
-
-def _escape(text: str, entities: tuple[tuple[str, str], ...] = (*_IN_TEXT, *_IN_ATTRIBUTE)) -> str:
-    for character, entity in entities:
-        text = text.replace(character, entity)
-    return text

@@ -1,11 +1,11 @@
 """Other systems that have the vehicle's MAVLink id, on its links or in their IMC Announce: a fault of the setup."""
 
 from collections.abc import Callable
-from itertools import islice
 
 import imc
 from imc.discovery import VEHICLE_TYPES, Services, displayable_name
 from mavlink import AUTOPILOT_NONE, GROUND_STATION, ReceivedMessage, mavlink_system_id
+from support.text_length import list_first
 
 MOST = 16
 FRESH = 30.0  # s for which a twin is reported after its last message
@@ -49,8 +49,7 @@ class IdConflicts:
         fresh = [twin for twin, heard in self._heard.items() if now - heard < FRESH]
         if not fresh:
             return ""
-        more = f" and {len(fresh) - NAMED} more" if len(fresh) > NAMED else ""
-        return self._words(", ".join(islice(fresh, NAMED)) + more)
+        return self._words(list_first(fresh, NAMED))
 
     def _words(self, who: str) -> str:
         return f"MAVLink id {self._system} is also that of {who}: set System Id"

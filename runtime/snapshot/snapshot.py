@@ -30,6 +30,7 @@ from runtime.snapshot.task_state_checksum import task_state_checksum
 from runtime.task import State, Task, with_location
 from runtime.vehicle import Vehicle
 from support.atomic_files import replace_file
+from support.text_length import list_first
 
 FORMAT = "shoal snapshot 6"
 STATE, SUFFIX = "State-", ".msgpack"
@@ -153,7 +154,7 @@ def restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
     tasks = {task.name: task for task in vehicle.tasks}
     if snapshot.sections != list(tasks):
         differ = sorted(tasks.keys() ^ set(snapshot.sections)) or list(tasks)
-        listed = ", ".join(map(short_repr, differ[:MOST_NAMED])) + (" ..." if len(differ) > MOST_NAMED else "")
+        listed = list_first([*map(short_repr, differ)], MOST_NAMED)
         raise SnapshotError(f"the vehicle has other tasks than the snapshot: {listed}")
     if sorted([*snapshot.tasks, *snapshot.journals]) != sorted(tasks) or not tasks.keys() >= set(snapshot.running):
         raise SnapshotError("not a valid snapshot: it has not exactly one state of each task")

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imc import LogBookEntry
+from support.text_length import clip_utf8
 
 if TYPE_CHECKING:
     from runtime.task.task import Task
@@ -43,10 +44,8 @@ class Logbook:
 
 
 def truncate_utf8(text: str) -> str:
-    """`text` cut to 1023 bytes of UTF-8, with ? for what UTF-8 cannot encode."""
-    if len(text) <= LONGEST and text.isascii():
-        return text
-    return text.encode(errors="replace")[:LONGEST].decode(errors="ignore")
+    """`text` cut to the 1023 bytes that a text in IMC has at most."""
+    return clip_utf8(text, LONGEST)
 
 
 def format_exception_line(error: Exception) -> str:

@@ -9,6 +9,7 @@ from shoal.missions import PLAN_SUFFIXES, PlanFileError, load_plan, plan_file_te
 from support.atomic_files import new_file
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
+from support.text_length import list_first
 
 MOST_NAMES = 5
 
@@ -48,7 +49,7 @@ def report_missing_maneuvers(missing: Sequence[str], total: int) -> None:
     """Print which maneuvers of a plan a file lacks; exit status 1 if these are more than half."""
     if not missing:
         return
-    named = ", ".join(missing[:MOST_NAMES]) + (", ..." if len(missing) > MOST_NAMES else "")
+    named = list_first(missing, MOST_NAMES)
     click.echo(printable(f"skipped: {len(missing)} of {total} maneuvers: {named}"), err=True)
     if 2 * len(missing) > total:
         click.echo("Error: less than half of the maneuvers was written", err=True)

@@ -18,6 +18,7 @@ from runtime.zenoh import (
     parse_token,
 )
 from support.positions import format_position
+from support.text_length import list_first
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
@@ -86,11 +87,12 @@ class FleetMonitor:
             if time.monotonic() < deadline:
                 time.sleep(MOMENT)
                 continue
-            each = "; ".join(f"{name} already runs {place}" for name, place in sorted(taken.items())[:MOST_NAMED])
-            more = f"; and {len(taken) - MOST_NAMED} more" if len(taken) > MOST_NAMED else ""
+            each = list_first(
+                [f"{name} already runs {place}" for name, place in sorted(taken.items())], MOST_NAMED, "; "
+            )
             end = " or ".join(f"shoal fleet stop {name}" for name in fleets)
             raise ConnectionError(
-                f"{each}{more}; this is {describe_local_host()}: end what runs{f' ({end})' if end else ''}, "
+                f"{each}; this is {describe_local_host()}: end what runs{f' ({end})' if end else ''}, "
                 "or give this fleet other names, or a network of its own (Local Port under zenoh: in its file)"
             )
 

@@ -5,6 +5,7 @@ from html import escape
 from typing import Any
 
 from support.terminal_text import printable
+from support.text_length import clip
 
 LONGEST_TEXT = 400  # characters
 
@@ -53,4 +54,4 @@ def escape_text(value: Any) -> str:
 
 def cut_text(text: str) -> str:
     """At most LONGEST_TEXT characters."""
-    return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 1] + "…"
+    return clip(text, LONGEST_TEXT)

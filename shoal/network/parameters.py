@@ -11,6 +11,7 @@ from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network
 from shoal.network.system_table import NetworkSystem
 from support.terminal_text import suggestion
+from support.text_length import list_first
 
 ROUNDS = 12  # of questions at most
 CERTAIN = 1e-3  # expected number of entities whose answers all got lost, below which silence means no parameters
@@ -25,7 +26,7 @@ class PartialAnswer(NoAnswer):
     """Some entities have not answered, `missing`: `found` has the parameters of the others, by label and name."""
 
     def __init__(self, system: str, found: Mapping[str, Mapping[str, str]], missing: Collection[str]) -> None:
-        named = ", ".join(list(missing)[:NAMED]) + (" ..." if len(missing) > NAMED else "")
+        named = list_first(missing, NAMED)
         super().__init__(
             f"{system}: no answer from {len(missing)} entities ({named}), though they were asked repeatedly"
         )

@@ -7,6 +7,7 @@ from typing import Any
 
 import imc
 from runtime.devices import line_size_function
+from support.text_length import list_first
 
 Valid = imc.GpsFix.Validity
 Type = imc.GpsFix.Type
@@ -106,15 +107,11 @@ def _eastward(sentence: Any, name: str) -> float:
 def describe_missing_fix(kinds: set[str], unchecked: set[str]) -> str:
     """Why a receiver gives no fix that sends `kinds` of messages, or `unchecked` sentences; empty without either."""
     if unchecked:
-        return f"sentences have no checksum ({_listed(unchecked)}), and are left out: make the receiver send *hh"
+        named = list_first(sorted(unchecked), LISTED)
+        return f"sentences have no checksum ({named}), and are left out: make the receiver send *hh"
     if kinds:
-        return f"{_listed(kinds)} received, but no fix: enable NAV-PVT, or the sentences GGA and RMC"
+        return f"{list_first(sorted(kinds), LISTED)} received, but no fix: enable NAV-PVT, or the sentences GGA and RMC"
     return ""
-
-
-def _listed(names: set[str]) -> str:
-    more = ", ..." if len(names) > LISTED else ""
-    return ", ".join(sorted(names)[:LISTED]) + more
 
 
 class FixAssembler:

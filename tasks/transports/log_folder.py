@@ -2,7 +2,6 @@
 
 import errno
 import os
-import re
 import shutil
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -12,8 +11,6 @@ import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
 from runtime.logs import RUN_FILE, encode_log_run_position
 from support.file_errors import add_path_to_errors
-
-LONGEST_LABEL = 100  # bytes
 
 
 class LogRemovedError(FileNotFoundError):
@@ -95,12 +92,6 @@ def _new_folder(path: Path) -> Path:
         except FileExistsError:
             number += 1
             path = path.with_name(f"{name}_{number}")
-
-
-def clean_label(text: str) -> str:
-    """`text` as part of a folder name: characters unsafe in file names become _, and it is cut to 100 bytes."""
-    label = re.sub(r"[^\w.+=@-]", "_", text.strip())
-    return label.encode(errors="ignore")[:LONGEST_LABEL].decode(errors="ignore")
 
 
 def fsync_and_close(file: int) -> OSError | None:

@@ -10,8 +10,9 @@ from imc.schema import message_named
 from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
+from support.file_names import file_name_part
 from tasks.transports.imc_links.own_announce import SYSTEM_TYPES, announcement
-from tasks.transports.log_folder import LogFolder, LogRemovedError, clean_label, fsync_and_close, log_line, utc_text
+from tasks.transports.log_folder import LogFolder, LogRemovedError, fsync_and_close, log_line, utc_text
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -162,7 +163,7 @@ class Logging(Task):
         if request.op == Op.REQUEST_START:
             if self._plan is not None and (request.src, request.src_ent) == (self._plan.src, self._plan.src_ent):
                 self._plan = None  # the sender of the plan ends it, or publishes the next one now
-            self._wish_for(clean_label(request.name))
+            self._wish_for(file_name_part(request.name))
         elif request.op == Op.REQUEST_STOP:
             self._recording, self._wish = False, None
             self._close()
@@ -212,7 +213,7 @@ class Logging(Task):
     def _begin(self) -> str:
         """Name of a log that begins now."""
         begin = datetime.fromtimestamp(self.now_ns // 1_000_000_000, UTC)
-        return f"{begin:%Y%m%d/%H%M%S}" + (f"_{label}" if (label := clean_label(self._label)) else "")
+        return f"{begin:%Y%m%d/%H%M%S}" + (f"_{label}" if (label := file_name_part(self._label)) else "")
 
     def _new_log(self) -> LogFolder:
         configuration = self.vehicle.profile.dump().encode(errors="surrogateescape")

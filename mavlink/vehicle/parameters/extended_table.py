@@ -8,10 +8,10 @@ from typing import Any
 from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.parameters.table import HIGHEST, INT32, LOWEST, REAL32, shortest_float32
+from support.text_length import CUT, clip_utf8
 
 TEXT = 11  # MAV_PARAM_EXT_TYPE_CUSTOM
 LONGEST = 128  # bytes of a value
-CUT = "…"
 PACKED = {INT32: struct.Struct("<i"), REAL32: struct.Struct("<f")}
 
 
@@ -95,8 +95,4 @@ def _kind(parameter: ParameterDeclaration) -> int:
 
 
 def _cut(text: str) -> bytes:
-    raw = text.encode(errors="replace")
-    if len(raw) <= LONGEST:
-        return raw
-    mark = CUT.encode()
-    return raw[: LONGEST - len(mark)].decode(errors="ignore").encode() + mark
+    return clip_utf8(text, LONGEST, CUT).encode()

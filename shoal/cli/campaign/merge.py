@@ -12,6 +12,7 @@ from shoal.campaigns import merge_results, missing_paths, open_results, resume_c
 from shoal.cli.campaign.campaign_errors import FOLDER, errors_as_messages
 from shoal.logs.inspect import format_noun_count
 from support.terminal_text import printable
+from support.text_length import list_first
 
 MOST_GAPS = 12
 
@@ -48,4 +49,4 @@ def _spans(runs: Sequence[int]) -> str:
     starts = [runs[0], *(b for a, b in pairwise(runs) if b != a + 1)]
     ends = [*(a for a, b in pairwise(runs) if b != a + 1), runs[-1]]
     spans = [str(a) if a == b else f"{a} to {b}" for a, b in zip(starts, ends, strict=True)]
-    return ", ".join(spans[:MOST_GAPS]) + (" ..." if len(spans) > MOST_GAPS else "")
+    return list_first(spans, MOST_GAPS)

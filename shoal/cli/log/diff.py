@@ -26,6 +26,7 @@ from shoal.logs.inspect import (
     format_time,
 )
 from support.terminal_text import printable
+from support.text_length import clip
 
 MOST_FIELDS = 30
 LONGEST = 60  # characters of a value
@@ -123,8 +124,7 @@ def _what(place: LogMessage, found: LogDifference) -> str:
 
 
 def _value(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= LONGEST else text[:LONGEST] + "…"
+    return clip(repr(value), LONGEST)
 
 
 def _show_types(found: LogDifference) -> None:

@@ -26,6 +26,7 @@ from shoal.logs.inspect import format_noun_count
 from shoal.logs.selection import selection_from_names
 from support.atomic_files import new_file, new_folder
 from support.terminal_text import printable
+from support.text_length import list_first
 
 
 class ExportFormat(NamedTuple):
@@ -127,9 +128,7 @@ def export(
     for note in source.notes:
         click.echo(printable(f"note: {note}"), err=True)
     if source.unreadable_photos:
-        named = ", ".join(source.unreadable_photos[:MOST_NAMES]) + (
-            ", ..." if len(source.unreadable_photos) > MOST_NAMES else ""
-        )
+        named = list_first(source.unreadable_photos, MOST_NAMES)
         click.echo(
             printable(f"skipped: {format_noun_count(len(source.unreadable_photos), 'picture')}: {named}"), err=True
         )

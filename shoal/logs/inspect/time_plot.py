@@ -9,6 +9,7 @@ import numpy as np
 
 from runtime.logs import Array
 from shoal.logs.inspect.report_data import TimeSpan
+from support.text_length import clip
 
 WIDTH, LEFT, RIGHT = 1000, 132, 10
 INNER = WIDTH - LEFT - RIGHT
@@ -123,8 +124,7 @@ def draw_timeline(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], du
     labels: list[str] = []
     row_height, y = 20, 0
     for name, stretches in rows:
-        short = name if len(name) <= 18 else name[:17] + "…"
-        text = f"{escape(short)}<title>{escape(name)}</title>"
+        text = f"{escape(clip(name, 18))}<title>{escape(name)}</title>"
         labels.append(f'<text class="row" x="{LEFT - 8}" y="{y + 22}">{text}</text>')
         for place, stretch in enumerate(stretches):
             x, end = (float(_x(np.array(at), duration)) for at in (stretch.begin, stretch.end))

@@ -11,6 +11,7 @@ from imc.console_acl import NOT_LISTED, REPORTS
 from runtime import param, periodic
 from runtime.kernel import Timer
 from support.duplicate_filter import DuplicateFilter
+from support.text_length import list_first
 from support.token_bucket import TokenBucket
 from tasks.transports.imc_links.datagram_filter import SPOOFED
 from tasks.transports.imc_links.link_task import ImcLinkTask
@@ -294,7 +295,6 @@ class StreamLinkTask(ImcLinkTask):
 
     def statistics_text(self) -> str:
         """What was taken and dropped, for the entity's state."""
-        named = ", ".join(stream.name for stream in self.streams[:4])
-        more = f" and {len(self.streams) - 4} more" if len(self.streams) > 4 else ""
-        connected = f"{len(self.streams)} connected" + (f" ({named}{more})" if named else "")
+        named = list_first([stream.name for stream in self.streams], 4)
+        connected = f"{len(self.streams)} connected" + (f" ({named})" if named else "")
         return "; ".join(filter(None, (connected, f"{self.taken} packets taken", str(self.drops))))

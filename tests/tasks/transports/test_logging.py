@@ -5,15 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import imc
 from imc.lsf import Log
 from runtime import Script
 from runtime.kernel import ScaledClock
 from runtime.testing import simulate
-from tasks.transports.log_folder import LONGEST_LABEL, clean_label
 from tasks.transports.logging import Logging
 from tests.tasks.transports.logs_of_tests import Listener, Whistle, logs, only_log, read_by_imcpy, unpacked
 
@@ -112,13 +109,6 @@ def test_labels_stay_inside_the_folder(tmp_path: Path, label: str) -> None:
     assert len(folders) == 2
     assert all(len(Log(folder)) > 2 for folder in folders)
     assert list(tmp_path.iterdir()) == [root]
-
-
-@given(st.text())
-def test_clean_label(text: str) -> None:
-    label = clean_label(text)
-    assert len(label.encode()) <= LONGEST_LABEL
-    assert not set(label) & set('/\\:\0 \n\t*?"<>|;')
 
 
 def test_only_the_wanted_types(tmp_path: Path) -> None:
