@@ -19,6 +19,18 @@ class Origin(NamedTuple):
         return f"{printable(self.file)}:{self.line}" if self.line else printable(self.file)
 
 
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A problem of a log or a connection: where, its meaning and its remedy; `about` is the system that has it."""
+
+    severity: Severity
+    text: str
+    places: tuple[str, ...] = ()
+    meaning: str = ""
+    remedy: str = ""
+    about: str = ""
+
+
 COMMAND_LINE = Origin("command line")
 
 

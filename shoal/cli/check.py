@@ -14,14 +14,13 @@ from runtime.vehicle import TaskImportError, all_tasks, build, config_warnings, 
 from runtime.vehicle import check_profile as find_problems
 from shoal.cli import WRONG_USE
 from shoal.cli.completion import complete_profile
+from shoal.cli.findings import STYLES
 from shoal.cli.json_output import json_option, print_json, problem_to_dict
 from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from shoal.cli.plan_capability import plan_problem
 from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.fleet import SYSTEM_ID, mavlink_id
 from support.diagnostics import Problem, ProfileError
-
-STYLES = {"error": "red", "warning": "yellow", "note": "dim"}
 
 
 @click.command()

@@ -7,6 +7,8 @@ from typing import Any
 import click
 
 import imc
+from shoal.cli.console_tables import open_console
+from shoal.cli.findings import print_findings
 from shoal.cli.messages_option import messages_option
 from shoal.cli.remote_command import (
     complete_vehicle,
@@ -43,17 +45,15 @@ def link(
 
     console, found = run_on_network({**connection, "messages": schema}, act)
     if as_json:
-        print_json_line({"console": console, **asdict(found)})
+        findings = [{"about": each.about, "text": each.text, "advice": each.remedy} for each in found.findings]
+        print_json_line({"console": console, **asdict(found), "findings": findings})
     else:
         click.echo(f"this console is 0x{console:04X}")
         for name, trouble in found.links.items():
             click.echo(printable(f"{name}: {trouble or 'works'}"))
         for contact in found.contacts:
             click.echo(printable(_line(contact)))
-        for finding in found.findings:
-            about = f"{finding.about}: " if finding.about else ""
-            click.echo(printable(f"! {about}{finding.text}"))
-            click.echo(printable(f"  -> {finding.advice}"))
+        print_findings(open_console(markup=False), found.findings)
         if not found.findings:
             click.echo("nothing is wrong")
     raise click.exceptions.Exit(1 if found.findings else 0)

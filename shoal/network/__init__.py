@@ -1,7 +1,7 @@
 """Running vehicles: who is there, what they say, their plans and parameters."""
 
 from shoal.network.blocking import RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle, VehicleConnection
-from shoal.network.diagnosis import Contact, Diagnosis, LinkProblem, diagnose
+from shoal.network.diagnosis import Contact, Diagnosis, diagnose
 from shoal.network.link import (
     NEAR,
     ConsoleIdentity,
@@ -59,7 +59,6 @@ __all__ = [
     "FileSection",
     "FileValue",
     "LinkListener",
-    "LinkProblem",
     "MessageListener",
     "Network",
     "NetworkError",

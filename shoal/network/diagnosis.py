@@ -12,6 +12,7 @@ from shoal.network.link import NoAnswer, Unlisted, VehicleLost
 from shoal.network.message_listener import MessageListener
 from shoal.network.network import COMPANY, Network
 from shoal.network.system_table import CONTACT, NetworkSystem
+from support.diagnostics import Finding
 
 PROBES = 5
 ENOUGH = 2  # probes without any answer
@@ -43,15 +44,6 @@ ADVICE = {
 }
 
 
-@dataclass(frozen=True)
-class LinkProblem:
-    """One thing that is wrong, with whom (empty: here), and what to do about it."""
-
-    about: str
-    text: str
-    advice: str
-
-
 @dataclass
 class Contact:
     """What was measured with one system: rates in packets/s, the round trip and the clock difference in s.
@@ -79,7 +71,7 @@ class Diagnosis:
 
     links: dict[str, str]
     contacts: list[Contact] = field(default_factory=list[Contact])
-    findings: list[LinkProblem] = field(default_factory=list[LinkProblem])
+    findings: list[Finding] = field(default_factory=list[Finding])
 
 
 async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patience: float = PATIENCE) -> Diagnosis:
@@ -180,11 +172,11 @@ async def _words_of_us(network: Network, book: MessageListener) -> dict[str, str
     return {}
 
 
-def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[LinkProblem]:
-    found: list[LinkProblem] = []
+def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Finding]:
+    found: list[Finding] = []
 
     def tell(text: str, advice: str) -> None:
-        found.append(LinkProblem(system.name, text, advice))
+        found.append(Finding("error", text, remedy=advice, about=system.name))
 
     if clash := system.conflict_text:
         tell(clash, "end one, or give it another name and id")
@@ -228,25 +220,25 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Li
     return found
 
 
-def _of_here(network: Network, name: str, found: Diagnosis) -> list[LinkProblem]:
+def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
     """What concerns no system that is known by name."""
-    findings: list[LinkProblem] = []
+    findings: list[Finding] = []
     working = [link for link, trouble in found.links.items() if not trouble]
     vehicles = [contact for contact in found.contacts if contact.is_vehicle]
     if not vehicles:
         whom = f"{name} is not" if name else "no vehicle is"
-        findings.append(LinkProblem("", f"{whom} received", "start it; `shoal ls` lists who is there"))
+        findings.append(Finding("error", f"{whom} received", remedy="start it; `shoal ls` lists who is there"))
     for link, trouble in found.links.items():
         if trouble and (not working or not vehicles or network.expects_all):
-            findings.append(LinkProblem("", f"{link}: {trouble}", _advice_for_link(link, trouble)))
+            findings.append(Finding("error", f"{link}: {trouble}", remedy=_advice_for_link(link, trouble)))
     for link in network.links:
         if getattr(link, "deaf", False):
             text = "all ports of discovery are taken by other programs of this computer: no announcement is received"
             findings.append(
-                LinkProblem("", text, "end one of them; vehicles at ports 6002-6006 of this computer are asked")
+                Finding("error", text, remedy="end one of them; vehicles at ports 6002-6006 of this computer are asked")
             )
     for (peer, reason), number in sorted(network.unknown_drops.items()):
-        findings.append(LinkProblem(peer, f"{number} packets: {reason}", advice_for(reason)))
+        findings.append(Finding("error", f"{number} packets: {reason}", remedy=advice_for(reason), about=peer))
     return findings
 
 

@@ -5,17 +5,15 @@ from dataclasses import asdict
 from pathlib import Path
 
 import click
-from rich.padding import Padding
 from rich.text import Text
 
 from shoal.cli.console_tables import open_console
+from shoal.cli.findings import print_findings, worst_first
 from shoal.cli.json_output import json_option, print_json
 from shoal.cli.log.log_input import LOG, errors_as_messages, make_parallel_map, progress_bar, run_selection_options
 from shoal.logs.inspect import examine_log, format_duration, format_noun_count
 from shoal.logs.inspect import repair_log as repair_log
 from support.terminal_text import printable
-
-STYLES = {"error": "bold red", "warning": "yellow", "note": "cyan"}
 
 
 @click.command()
@@ -29,16 +27,12 @@ def doctor(log: Path, repair: Path | None, as_json: bool) -> None:
         with progress_bar(log) as tell:
             examination = examine_log(log, tell, make_parallel_map())
         console = open_console(markup=False)
-        order = list(STYLES)
-        findings = sorted(examination.findings, key=lambda finding: order.index(finding.severity))
+        findings = worst_first(examination.findings)
         if as_json:
-            print_json({"log": log, "healthy": examination.healthy, "findings": [asdict(found) for found in findings]})
-        for finding in findings if not as_json else ():
-            console.print(Text.assemble((f"{finding.severity}: ", STYLES[finding.severity]), printable(finding.text)))
-            for place in finding.places:
-                console.print(Padding(Text(printable(place)), (0, 0, 0, 6), expand=False))
-            for advice in filter(None, (finding.meaning, finding.remedy)):
-                console.print(Padding(Text(advice, style="dim"), (0, 0, 0, 4), expand=False))
+            found = [{key: value for key, value in asdict(each).items() if key != "about"} for each in findings]
+            print_json({"log": log, "healthy": examination.healthy, "findings": found})
+        else:
+            print_findings(console, findings)
         if (summary := examination.summary) is not None:
             if examination.healthy and not as_json:
                 console.print(Text("healthy: ", "green") + Text(_size(summary.packets, summary.duration)))

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import imc
 from imc.discovery import displayable_name
@@ -13,6 +12,7 @@ from runtime.logs import LogSummary, PacketBlock, create_log, summarize, type_na
 from shoal.logs.inspect.gaps import MessageIntervals
 from shoal.logs.inspect.packet_definition_check import SchemaCheck
 from shoal.logs.inspect.time_size_text import format_duration, format_noun_count, format_time
+from support.diagnostics import Finding
 
 MOST_PLACES = 5
 NEARLY_ALL = 250  # of 255 entity ids
@@ -20,26 +20,13 @@ CLOCKS_APART = 2.0  # s
 LONG_ENOUGH = 0.2  # share of the log in which a message must come regularly
 DUNE_ONLY = {719: "ManeuverDone", 720: "StationKeepingExtended"}
 
-Severity = Literal["error", "warning", "note"]
-
-
-@dataclass(frozen=True)
-class LogProblem:
-    """Something about a log: what, where, what it means, and what to do."""
-
-    severity: Severity
-    text: str
-    places: tuple[str, ...] = ()
-    meaning: str = ""
-    remedy: str = ""
-
 
 @dataclass
 class Examination:
     """What was found; `summary` is None if there is nothing to read."""
 
     log: imc.Log
-    findings: list[LogProblem]
+    findings: list[Finding]
     summary: LogSummary | None = None
 
     @property
@@ -68,30 +55,28 @@ class _EndMarks:
 def examine_log(path: Path, progress: ReportProgress | None = None, spread: ParallelMap | None = None) -> Examination:
     """Read a log once and check it; `spread` is that of imc.Log. Raises FileNotFoundError, OSError."""
     try:
-        log, findings = imc.Log(path, spread=spread), list[LogProblem]()
+        log, findings = imc.Log(path, spread=spread), list[Finding]()
     except imc.SchemaError as error:
         log = imc.Log(path, schema=imc.builtin(), spread=spread)
         text = f"the definitions beside the log are bad: {error}"
-        findings = [
-            LogProblem("error", text, meaning="Readers refuse them.", remedy="--repair writes the built-in ones.")
-        ]
+        findings = [Finding("error", text, meaning="Readers refuse them.", remedy="--repair writes the built-in ones.")]
     else:
         if log.schema_source is None:
             text = "there is no IMC.xml or IMC.xml.gz beside the log"
             meaning = "The built-in definitions are used; messages of another version may be misread."
-            findings.append(LogProblem("warning", text, (), meaning, "Copy the vehicle's file, or use --repair."))
+            findings.append(Finding("warning", text, (), meaning, "Copy the vehicle's file, or use --repair."))
     length = log.path.stat().st_size
     layouts, rhythms, marks = SchemaCheck(log.schema), MessageIntervals(), _EndMarks(log.schema)
     summary = summarize(log, progress, (layouts, rhythms, marks))
     if summary.packets == 0:
         text = f"none of its {length} bytes belongs to a message" if length else "the file is empty"
-        return Examination(log, [LogProblem("error", text, (), "This is not an LSF log, or nothing of it is left.")])
+        return Examination(log, [Finding("error", text, meaning="This is not an LSF log, or nothing of it is left.")])
     findings += _damage(summary)
     findings += [*_layouts(layouts, log.schema), *_clocks(summary), *_gaps(rhythms, summary), *_entities(summary)]
     if not marks.stopped:
         text = "the log does not end with LoggingControl STOPPED"
         meaning = "The vehicle stopped abruptly, or this is a part of a log; the last seconds may be missing."
-        findings.append(LogProblem("note", text, (), meaning))
+        findings.append(Finding("note", text, meaning=meaning))
     return Examination(log, findings, summary)
 
 
@@ -126,14 +111,14 @@ _REASONS = (
 )
 
 
-def _damage(summary: LogSummary) -> list[LogProblem]:
+def _damage(summary: LogSummary) -> list[Finding]:
     groups: dict[tuple[str, str, str], list[imc.Loss]] = {}
     for loss in summary.losses:
         known = next((row for row in _REASONS if loss.reason.startswith(row[0])), ("", "error", ""))
         if known[0] == "member" and loss.reason.endswith("cut short"):
             known = ("cut", "warning", CUT)
         groups.setdefault(known, []).append(loss)
-    found: list[LogProblem] = []
+    found: list[Finding] = []
     for (reason, severity, meaning), losses in groups.items():
         what = reason if reason not in ("", "member", "cut") else losses[0].reason
         what = "damaged compression" if reason == "member" else "cut compressed data" if reason == "cut" else what
@@ -143,19 +128,19 @@ def _damage(summary: LogSummary) -> list[LogProblem]:
         )
         places = _few([f"byte {at}: {format_noun_count(length, 'byte')}: {why}" for at, length, why in losses])
         remedy = "All packets around it can be read; --repair writes them to a clean log."
-        found.append(LogProblem("warning" if severity == "warning" else "error", text, places, meaning, remedy))
+        found.append(Finding("warning" if severity == "warning" else "error", text, places, meaning, remedy))
     return found
 
 
-def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[LogProblem]:
-    found: list[LogProblem] = []
+def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[Finding]:
+    found: list[Finding] = []
     for identity, misfits in sorted(layouts.mismatches.items()):
         name = type_name(schema, identity)
         count = sum(misfit.packets for misfit in misfits)
         places = _few([f"from byte {at}: {format_noun_count(times, 'packet')}: {how}" for how, times, at in misfits])
         text = f"the definitions contradict the packets: {name}, {format_noun_count(count, 'packet')}"
         meaning = "The log was written with another version of this message; its values may be misread."
-        found.append(LogProblem("error", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
+        found.append(Finding("error", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     if layouts.unknown:
         places = _few(
             [
@@ -168,12 +153,12 @@ def _layouts(layouts: SchemaCheck, schema: imc.Schema) -> list[LogProblem]:
             f"messages that the definitions do not have: {format_noun_count(sum(layouts.unknown.values()), 'packet')}"
         )
         meaning = "They are kept, but their fields cannot be read."
-        found.append(LogProblem("warning", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
+        found.append(Finding("warning", text, places, meaning, "Put the right IMC.xml beside Data.lsf."))
     return found
 
 
-def _clocks(summary: LogSummary) -> list[LogProblem]:
-    found: list[LogProblem] = []
+def _clocks(summary: LogSummary) -> list[Finding]:
+    found: list[Finding] = []
     if summary.clock_steps:
         places = _few(
             [
@@ -184,23 +169,21 @@ def _clocks(summary: LogSummary) -> list[LogProblem]:
         )
         text = f"clocks jump: {format_noun_count(len(summary.clock_steps), 'time')}"
         meaning = "The clock was set during the log, or nothing was recorded for a while; curves over time break there."
-        found.append(
-            LogProblem("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to.")
-        )
+        found.append(Finding("warning", text, places, meaning, "Cut the log at the jump: shoal log cut --from/--to."))
     for src, clock in summary.clocks.items():
         who = summary.names.system_name(src)
         if clock.outliers:
             text = f"{format_noun_count(clock.outliers, 'message')} of {who} with times far from those around them"
-            found.append(LogProblem("note", text, (), "They were stored and logged later, or have no time."))
+            found.append(Finding("note", text, meaning="They were stored and logged later, or have no time."))
         apart = clock.start - summary.start if clock.start < summary.start else max(0.0, clock.end - summary.end)
         if src != summary.owner and math.isfinite(apart) and abs(apart) > CLOCKS_APART:
             text = f"the clock of {who} is off: it is {format_duration(apart)} outside the log's time"
             meaning = "Its messages appear at the wrong time among those of others."
-            found.append(LogProblem("warning", text, (), meaning))
+            found.append(Finding("warning", text, meaning=meaning))
     return found
 
 
-def _gaps(rhythms: MessageIntervals, summary: LogSummary) -> list[LogProblem]:
+def _gaps(rhythms: MessageIntervals, summary: LogSummary) -> list[Finding]:
     rows: list[tuple[float, str]] = []
     for (identity, src, entity), rhythm in rhythms.found.items():
         if src == summary.owner and (gaps := rhythm.gaps(summary.end, LONG_ENOUGH * summary.duration)):
@@ -213,28 +196,28 @@ def _gaps(rhythms: MessageIntervals, summary: LogSummary) -> list[LogProblem]:
     rows.sort(reverse=True)
     text = f"gaps in regular messages: {format_noun_count(len(rows), 'kind')} of message"
     meaning = "A device or task stopped sending; some do so on purpose, such as controllers between maneuvers."
-    return [LogProblem("note", text, _few([row for _, row in rows]), meaning)]
+    return [Finding("note", text, _few([row for _, row in rows]), meaning)]
 
 
-def _entities(summary: LogSummary) -> list[LogProblem]:
-    names, found = summary.names, list[LogProblem]()
+def _entities(summary: LogSummary) -> list[Finding]:
+    names, found = summary.names, list[Finding]()
     own = [(src, entity) for src, entity in summary.by_entity if src == summary.owner]
     nameless = [key for key in own if key[1] != UNKNOWN_ENTITY and key not in names.labels]
     if nameless:
         places = _few([f"entity {entity} of {names.system_name(src)}" for src, entity in sorted(nameless)])
         text = f"{format_noun_count(len(nameless), 'entity', 'entities')} without a label"
         meaning = "No EntityInfo or EntityList names them; only their numbers distinguish them."
-        found.append(LogProblem("note", text, places, meaning))
+        found.append(Finding("note", text, places, meaning))
     if (tally := summary.by_entity.get((summary.owner, UNKNOWN_ENTITY))) is not None:
         text = f"{format_noun_count(tally.count, 'message')} of entity 255, which means none"
-        found.append(LogProblem("note", text, (), "Their sender did not set its entity."))
+        found.append(Finding("note", text, meaning="Their sender did not set its entity."))
     for src in summary.clocks:
         ids = {entity for system, entity in {**names.labels, **dict.fromkeys(summary.by_entity)} if system == src}
         ids.discard(UNKNOWN_ENTITY)
         if len(ids) >= NEARLY_ALL:
             text = f"{names.system_name(src)} has {format_noun_count(len(ids), 'entity', 'entities')}"
             meaning = "There are only 255 ids; all further entities share 255, and cannot be distinguished."
-            found.append(LogProblem("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
+            found.append(Finding("warning", text, (), meaning, "Disable tasks that the vehicle does not need."))
     if names.earlier:
         several: list[str] = []
         for (src, entity), labels in sorted(names.earlier.items()):
@@ -242,7 +225,7 @@ def _entities(summary: LogSummary) -> list[LogProblem]:
             several.append(f"entity {entity} of {names.system_name(src)}: {', '.join(_few(each))}")
         text = f"{format_noun_count(len(names.earlier), 'entity', 'entities')} with several labels"
         meaning = "The log has several runs of a vehicle; readers use one label for all of it."
-        found.append(LogProblem("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))
+        found.append(Finding("warning", text, _few(several), meaning, "Look at the runs one by one: shoal log cut."))
     return found
 
 

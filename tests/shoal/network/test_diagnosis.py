@@ -97,7 +97,7 @@ def test_what_the_entities_of_a_vehicle_report_is_told():
 def test_a_system_that_does_not_announce_itself():
     found = examine(announces=False)
     assert any(text.endswith("packets: not announced") and "0x0B01 at 127.0.0.1" in text for text in texts(found))
-    assert any("30100-30104" in finding.advice for finding in found.findings)
+    assert any("30100-30104" in finding.remedy for finding in found.findings)
 
 
 @pytest.mark.heavy
@@ -120,7 +120,7 @@ def test_packets_that_cannot_be_read():
         "synchronization number",
         "schema mismatch: EstimatedState is longer than ours",
     }
-    assert not [finding for finding in found.findings if finding.advice == "see docs/hand.md"]
+    assert not [finding for finding in found.findings if finding.remedy == "see docs/hand.md"]
 
 
 @pytest.mark.heavy
@@ -232,7 +232,7 @@ def test_two_programs_with_one_id_are_told_of():
                 found = (await diagnose(network, seconds=0.1, patience=0.1)).findings
                 taken = [finding for finding in found if "another program" in finding.text]
                 assert [finding.text.partition("another program ")[2][:4] for finding in taken] == ["at 1", "uses"]
-                assert {finding.advice[:32] for finding in taken} == {"give each program its own (SHOAL"}
+                assert {finding.remedy[:32] for finding in taken} == {"give each program its own (SHOAL"}
             while system.is_there:
                 await asyncio.sleep(0.02)
             with pytest.raises(VehicleLost, match=r"station is gone; .* \(another program at .* uses the id 0x4101: "):

@@ -99,7 +99,7 @@ def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_heard_over
     findings = asyncio.run(look()).findings
     vehicle.close()
     (finding,) = [each for each in findings if "does not answer" in each.text]
-    assert "is not in its Commanders, see [Zenoh]" in finding.advice
+    assert "is not in its Commanders, see [Zenoh]" in finding.remedy
 
 
 @contextmanager
