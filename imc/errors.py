@@ -1,11 +1,10 @@
 """Errors in definitions, messages and packets."""
 
+from support.diagnostics import LocatedError
 
-class SchemaError(ValueError):
+
+class SchemaError(LocatedError):
     """A definition file is wrong; the text begins with file:line if known."""
-
-    def __init__(self, text: str, where: str = "") -> None:
-        super().__init__(f"{where}: {text}" if where else text)
 
 
 class EncodeError(ValueError):

@@ -62,6 +62,15 @@ class ConfigWarning:
     section: str = ""
 
 
+class LocatedError(ValueError):
+    """A file cannot be used: `reason`, and `where` ("file:line" or the file); a subclass is for one kind of file."""
+
+    def __init__(self, reason: str, where: object = "") -> None:
+        super().__init__(f"{where}: {reason}" if where != "" else reason)
+        self.reason = reason
+        self.where = str(where)
+
+
 class ProfileError(ValueError):
     """The profile cannot be used; `problems` lists why."""
 

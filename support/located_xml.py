@@ -4,6 +4,8 @@ import re
 from collections.abc import Collection
 from xml.parsers import expat
 
+from support.diagnostics import LocatedError, Origin
+
 _DEEPEST = 16
 _MOST = 200_000  # elements
 
@@ -13,7 +15,7 @@ class Element:
 
     __slots__ = ("attributes", "children", "error", "file", "line", "tag", "text")
 
-    def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int, error: type[ValueError]) -> None:
+    def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int, error: type[LocatedError]) -> None:
         self.tag = tag
         self.error = error
         self.attributes = attributes
@@ -32,7 +34,7 @@ class Element:
     def require(self, name: str) -> str:
         """A required attribute. Raises an error if it is missing."""
         if name not in self.attributes:
-            raise self.error(f"{self.where}: <{self.tag}> has no {name!r}")
+            raise self.error(f"<{self.tag}> has no {name!r}", self.where)
         return self.attributes[name]
 
     @property
@@ -53,7 +55,7 @@ class Element:
 
 
 def parse_xml_tree(
-    data: bytes, file: str, error: type[ValueError] = ValueError, *, text_of: Collection[str] = ("description",)
+    data: bytes, file: str, error: type[LocatedError] = LocatedError, *, text_of: Collection[str] = ("description",)
 ) -> Element:
     """The root element of an XML text, with the texts of elements with the tags `text_of`.
 
@@ -67,11 +69,11 @@ def parse_xml_tree(
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) > _DEEPEST:
-            raise error(f"{file}:{parser.CurrentLineNumber}: nested too deeply")
+            raise error("nested too deeply", Origin(file, parser.CurrentLineNumber))
         nonlocal count
         count += 1
         if count > _MOST:
-            raise error(f"{file}:{parser.CurrentLineNumber}: more than {_MOST} elements")
+            raise error(f"more than {_MOST} elements", Origin(file, parser.CurrentLineNumber))
         element = Element(tag, attributes, file, parser.CurrentLineNumber, error)
         stack[-1].children.append(element)
         stack.append(element)
@@ -86,7 +88,7 @@ def parse_xml_tree(
             stack[-1].text += found
 
     def refuse(*_: object) -> int:
-        raise error(f"{file}:{parser.CurrentLineNumber}: document types and entities are not accepted")
+        raise error("document types and entities are not accepted", Origin(file, parser.CurrentLineNumber))
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -97,9 +99,9 @@ def parse_xml_tree(
     try:
         parser.Parse(data, True)
     except expat.ExpatError as wrong:
-        raise error(f"{file}:{wrong.lineno}: not XML: {expat.ErrorString(wrong.code)}") from wrong
+        raise error(f"not XML: {expat.ErrorString(wrong.code)}", Origin(file, wrong.lineno)) from wrong
     except (ValueError, LookupError) as wrong:  # an encoding that Python does not support
         if type(wrong) is error:
             raise
-        raise error(f"{file}:1: not XML: {wrong}") from wrong
+        raise error(f"not XML: {wrong}", Origin(file, 1)) from wrong
     return top.children[0]

@@ -7,6 +7,7 @@ from typing import Any, NoReturn, cast
 
 import yaml
 
+from support.diagnostics import LocatedError, Origin
 from support.number_parsing import parse_number, require_float_range
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -30,7 +31,7 @@ class Node:
         content: "str | list[Node] | dict[str, Node]",
         file: str,
         line: int,
-        error: type[ValueError] = ValueError,
+        error: type[LocatedError] = LocatedError,
         plain: bool = False,
     ) -> None:
         self.content = content
@@ -44,7 +45,7 @@ class Node:
         return f"{self.file}:{self.line}"
 
     def fail(self, reason: str) -> NoReturn:
-        raise self.error(f"{self.where}: {reason}")
+        raise self.error(reason, self.where)
 
     def value(self) -> Any:
         """The content as YAML 1.1 types it: numbers, booleans, dates, None, text, lists, dictionaries.
@@ -112,19 +113,19 @@ class Node:
         return self.content
 
 
-def read_text(path: Path, error: type[ValueError]) -> str:
+def read_text(path: Path, error: type[LocatedError]) -> str:
     """The text of a file of at most 4 MiB. Raises `error` that names the file, OSError if it cannot be read."""
     with path.open("rb") as file:  # a device or a pipe has no size
         content = file.read(_LARGEST + 1)
     if len(content) > _LARGEST:
-        raise error(f"{path}: larger than {_LARGEST >> 20} MiB")
+        raise error(f"larger than {_LARGEST >> 20} MiB", path)
     try:
         return content.decode()
     except UnicodeDecodeError as wrong:
-        raise error(f"{path}: not UTF-8: {wrong.reason} at byte {wrong.start}") from None
+        raise error(f"not UTF-8: {wrong.reason} at byte {wrong.start}", path) from None
 
 
-def parse_yaml_tree(text: str, file: str, error: type[ValueError] = ValueError) -> Node:
+def parse_yaml_tree(text: str, file: str, error: type[LocatedError] = LocatedError) -> Node:
     """The one document in the text. Raises `error` naming file:line, also for anchors, tags and duplicate keys."""
     try:
         return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)
@@ -133,11 +134,11 @@ def parse_yaml_tree(text: str, file: str, error: type[ValueError] = ValueError) 
         line, place = (mark.line + 1, mark.index) if mark else (1, 0)
         before = text[:place].rpartition("\n")[2]
         if _brackets(before) > _DEEPEST:  # PyYAML reads ahead in a line, and has a limit of its own
-            raise error(f"{file}:{line}: nested too deeply") from wrong
+            raise error("nested too deeply", Origin(file, line)) from wrong
         tab = "; indent with spaces, not tabs" if text[place : place + 1] == "\t" and not before.strip() else ""
-        raise error(f"{file}:{line}: not YAML: {wrong.problem}{tab}") from wrong
+        raise error(f"not YAML: {wrong.problem}{tab}", Origin(file, line)) from wrong
     except yaml.YAMLError as wrong:
-        raise error(f"{file}: not YAML: {str(wrong).splitlines()[0]}") from wrong
+        raise error(f"not YAML: {str(wrong).splitlines()[0]}", file) from wrong
 
 
 def _brackets(text: str) -> int:
@@ -146,18 +147,18 @@ def _brackets(text: str) -> int:
     return sum((letter in "[{") - (letter in "]}") for letter in unquoted)  # integers
 
 
-def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> Node:
+def _tree(events: Iterator[yaml.Event], file: str, error: type[LocatedError]) -> Node:
     root = Node([], file, 1, error)
     open_nodes = [root]
     keys: list[Node | None] = [None]
     for number, event in enumerate(events):
         line = event.start_mark.line + 1
         if number > _MOST:
-            raise error(f"{file}:{line}: more than {_MOST} values")
+            raise error(f"more than {_MOST} values", Origin(file, line))
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
-            raise error(f"{file}:{line}: anchors and aliases are not allowed")
+            raise error("anchors and aliases are not allowed", Origin(file, line))
         if (tag := cast(str | None, getattr(event, "tag", None))) not in (None, "!"):
-            raise error(f"{file}:{line}: tags such as {tag!r} are not allowed")
+            raise error(f"tags such as {tag!r} are not allowed", Origin(file, line))
         if isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
             open_nodes.pop()
             keys.pop()
@@ -177,7 +178,7 @@ def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> N
             key = keys[-1]
             if key is None:
                 if node.text() in parent:
-                    raise error(f"{file}:{line}: {node.content!r} occurs twice")
+                    raise error(f"{node.content!r} occurs twice", Origin(file, line))
                 keys[-1] = node
                 continue
             node.line = key.line
@@ -185,10 +186,11 @@ def _tree(events: Iterator[yaml.Event], file: str, error: type[ValueError]) -> N
             keys[-1] = None
         if not isinstance(node.content, str):
             if len(open_nodes) > _DEEPEST:
-                raise error(f"{file}:{line}: nested too deeply")
+                raise error("nested too deeply", Origin(file, line))
             open_nodes.append(node)
             keys.append(None)
     documents = root.items()
     if len(documents) != 1:
-        raise error(f"{file}:1: " + ("expected one YAML document, not several" if documents else "the file is empty"))
+        reason = "expected one YAML document, not several" if documents else "the file is empty"
+        raise error(reason, Origin(file, 1))
     return documents[0]

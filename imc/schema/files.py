@@ -56,7 +56,7 @@ def digest(data: bytes) -> str:
 
 def _content(path: str | PathLike[str]) -> bytes:
     if os.path.exists(path) and not os.path.isfile(path):  # a pipe would be waited for
-        raise SchemaError(f"{path}: not a regular file")
+        raise SchemaError("not a regular file", path)
     with open(path, "rb") as opened:
         data = opened.read(_LARGEST + 1)
     return _unpacked(data, str(path))
@@ -74,7 +74,7 @@ def _read(data: bytes, file: str, over: Schema | None) -> Schema:
         try:
             text = data.decode("utf-8")
         except UnicodeDecodeError as error:
-            raise SchemaError(f"{file}: neither XML nor UTF-8 text: {error}") from error
+            raise SchemaError(f"neither XML nor UTF-8 text: {error}", file) from error
         schema, places = read_yaml(text, file)
     if over is None:
         schema.check(places)
@@ -95,9 +95,9 @@ def _unpacked(data: bytes, file: str) -> bytes:
         try:
             data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(_LARGEST + 1)
         except (OSError, EOFError, zlib.error) as error:
-            raise SchemaError(f"{file}: compressed data is damaged: {error}") from error
+            raise SchemaError(f"compressed data is damaged: {error}", file) from error
     if len(data) > _LARGEST:
-        raise SchemaError(f"{file}: definitions of more than {_LARGEST} bytes")
+        raise SchemaError(f"definitions of more than {_LARGEST} bytes", file)
     return data
 
 

@@ -36,7 +36,7 @@ def read_xml(data: bytes, file: str) -> tuple[Schema, dict[str, str]]:
     """The schema in an XML text, and the places of its messages and fields. Raises SchemaError naming file:line."""
     root = parse_xml_tree(data, file, SchemaError)
     if root.tag != "messages":
-        raise SchemaError(f"{root.where}: expected <messages>, not <{root.tag}>")
+        raise SchemaError(f"expected <messages>, not <{root.tag}>", root.where)
     places: dict[str, str] = {}
     name = root.require("name")
     schema = Schema(
@@ -79,7 +79,7 @@ def _header(root: Element) -> int:
         for element in root.descendants_at_path(tag):
             fields = element.descendants_at_path("field")
             if tuple((field.get("abbrev"), field.get("type")) for field in fields) != layout:
-                raise SchemaError(f"{element.where}: the {tag} differs from that of IMC 5")
+                raise SchemaError(f"the {tag} differs from that of IMC 5", element.where)
             if fields[0].get("value"):
                 sync = _integer(fields[0], "value")
     return sync
@@ -163,7 +163,7 @@ def _number(element: Element, name: str) -> int | float | None:
 def _integer(element: Element, name: str) -> int:
     number = _parsed(element.require(name).strip(), element)
     if not isinstance(number, int):
-        raise SchemaError(f"{element.where}: {name!r} of <{element.tag}> is not an integer")
+        raise SchemaError(f"{name!r} of <{element.tag}> is not an integer", element.where)
     return number
 
 

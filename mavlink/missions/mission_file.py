@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, cast
 from mavlink.missions.enums import MissionCommand
 from mavlink.missions.item import DEGREES, WITHOUT_POSITION, Item
 from mavlink.modes import Flavor, VehicleKind
+from support.diagnostics import LocatedError
 from support.foreign_json import load_json
 from support.number_parsing import parse_number
 
@@ -19,7 +20,7 @@ LARGEST = 2.0**31
 KEY, ITEMS = "TransectStyleComplexItem", "Items"
 
 
-class MissionFileError(ValueError):
+class MissionFileError(LocatedError):
     """A file that does not hold a mission; the text says where and why."""
 
 
@@ -41,12 +42,12 @@ def read_waypoints(text: str, name: str) -> MissionFile:
     """The items of a .waypoints file, whose item 0 is home. Raises MissionFileError naming file and line."""
     lines = text.splitlines()
     if not lines or lines[0].split() != [*HEADER.split(), str(VERSION)]:
-        raise MissionFileError(f"{name}:1: expected {HEADER} {VERSION!s}")
+        raise MissionFileError(f"expected {HEADER} {VERSION!s}", f"{name}:1")
     if len(lines) > MOST_LINES:
-        raise MissionFileError(f"{name}: {len(lines)} lines are more than {MOST_LINES}")
+        raise MissionFileError(f"{len(lines)} lines are more than {MOST_LINES}", name)
     rows = [_read_row(line, f"{name}:{number}") for number, line in enumerate(lines[1:], 2) if line.strip()]
     if not rows:
-        raise MissionFileError(f"{name}: there are no items")
+        raise MissionFileError("there are no items", name)
     home, place = rows[0]
     known = home.command == MissionCommand.NAV_WAYPOINT and (home.x, home.y) != (0, 0)
     return MissionFile([item for item, _ in rows[1:]], (*place, home.z) if known else None)
@@ -69,13 +70,13 @@ def read_qgc_plan(text: str, name: str) -> MissionFile:
     try:
         root = load_json(text)
     except ValueError as error:
-        raise MissionFileError(f"{name}: not JSON: {error}") from None
+        raise MissionFileError(f"not JSON: {error}", name) from None
     if not isinstance(root, dict) or cast(Any, root).get("fileType") != "Plan":
-        raise MissionFileError(f"{name}: is not a plan of QGroundControl (fileType is not Plan)")
+        raise MissionFileError("is not a plan of QGroundControl (fileType is not Plan)", name)
     mission = _part(cast(Any, root), "mission", name)
     entries = mission.get("items")
     if not isinstance(entries, list):
-        raise MissionFileError(f"{name}: mission.items is not a list")
+        raise MissionFileError("mission.items is not a list", name)
     kind = mission.get("vehicleType")
     vehicle_type = kind if isinstance(kind, int) else 0
     hovers = vehicle_type in (2, 3, 4, 13, 14, 15, 29)  # MAV_TYPE of multirotors and helicopters
@@ -128,7 +129,7 @@ def write_qgc_plan(items: Sequence[Item], kind: VehicleKind, flavor: Flavor, spe
 def _read_row(line: str, where: str) -> tuple[Item, tuple[float, float]]:
     words = line.split()
     if len(words) != COLUMNS:
-        raise MissionFileError(f"{where}: {len(words)} columns instead of {COLUMNS}")
+        raise MissionFileError(f"{len(words)} columns instead of {COLUMNS}", where)
     values = [_number_of_word(word, where) for word in words]
     frame, command = (_whole(value, where) for value in values[2:4])
     item = _item(frame, command, values[4:8], values[8], values[9], values[10], where)
@@ -139,7 +140,7 @@ def _flatten(entries: Sequence[Any], name: str) -> Iterator[tuple[str, Any]]:
     """The simple items with their numbers, in order; those of a survey are in it."""
     for number, entry in enumerate(entries):
         if not isinstance(entry, dict):
-            raise MissionFileError(f"{name}: item {number} is not an object")
+            raise MissionFileError(f"item {number} is not an object", name)
         values = cast(dict[str, Any], entry)
         if values.get("type") != "ComplexItem":
             yield str(number), values
@@ -149,18 +150,18 @@ def _flatten(entries: Sequence[Any], name: str) -> Iterator[tuple[str, Any]]:
         if not isinstance(simple, list):
             what = values.get("complexItemType", "of unknown type")
             raise MissionFileError(
-                f"{name}: item {number} ({what!s:.40}) has no items of its own: save it as waypoints, or upload it"
+                f"item {number} ({what!s:.40}) has no items of its own: save it as waypoints, or upload it", name
             )
         for place, item in enumerate(cast(list[Any], simple)):
             if not isinstance(item, dict) or cast(dict[str, Any], item).get("type") == "ComplexItem":
-                raise MissionFileError(f"{name}: item {number}.{place} is not a simple item")
+                raise MissionFileError(f"item {number}.{place} is not a simple item", name)
             yield f"{number}.{place}", item
 
 
 def _read_simple(values: dict[str, Any], where: str) -> Item:
     parameters: Any = values.get("params")
     if not isinstance(parameters, list) or len(cast(list[Any], parameters)) != 7:
-        raise MissionFileError(f"{where}: params are not seven numbers")
+        raise MissionFileError("params are not seven numbers", where)
     numbers = [math.nan if p is None else _number(p, where) for p in cast(list[Any], parameters)]
     frame, command = (_whole(_number(values.get(key), f"{where}: {key}"), where) for key in ("frame", "command"))
     x, y = (0.0 if math.isnan(value) else value for value in numbers[4:6])
@@ -169,21 +170,21 @@ def _read_simple(values: dict[str, Any], where: str) -> Item:
 
 def _item(frame: int, command: int, parameters: Sequence[float], x: float, y: float, z: float, where: str) -> Item:
     if not 0 <= frame <= 0xFF or not 0 <= command <= 0xFFFF:
-        raise MissionFileError(f"{where}: frame {frame} or command {command} does not exist")
+        raise MissionFileError(f"frame {frame} or command {command} does not exist", where)
     for number, value in enumerate(parameters, 1):
         if math.isinf(value):
-            raise MissionFileError(f"{where}: parameter {number} is infinite")
+            raise MissionFileError(f"parameter {number} is infinite", where)
     factor = 1.0 if command in WITHOUT_POSITION else DEGREES
     for word, value in (("latitude", x), ("longitude", y)):
         if not abs(factor * value) < LARGEST:
-            raise MissionFileError(f"{where}: {word} {value:g} is out of range")
+            raise MissionFileError(f"{word} {value:g} is out of range", where)
     one, two, three, four = parameters
     return Item(frame, command, 0, 1, one, two, three, four, round(factor * x), round(factor * y), z)
 
 
 def _read_home(value: object, name: str) -> tuple[float, float, float]:
     if not isinstance(value, list) or len(cast(list[Any], value)) != 3:
-        raise MissionFileError(f"{name}: plannedHomePosition is not latitude, longitude and altitude")
+        raise MissionFileError("plannedHomePosition is not latitude, longitude and altitude", name)
     lat, lon, altitude = (0.0 if v is None else _number(v, f"{name}: home") for v in cast(list[Any], value))
     return lat, lon, altitude
 
@@ -199,13 +200,13 @@ def _remarks(root: dict[str, Any]) -> Iterator[str]:
 def _part(root: dict[str, Any], key: str, name: str) -> dict[str, Any]:
     found = root.get(key)
     if not isinstance(found, dict):
-        raise MissionFileError(f"{name}: has no {key}")
+        raise MissionFileError(f"has no {key}", name)
     return cast(dict[str, Any], found)
 
 
 def _number(value: object, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise MissionFileError(f"{where}: {value!r:.40} is not a number")
+        raise MissionFileError(f"{value!r:.40} is not a number", where)
     return float(value)
 
 
@@ -213,12 +214,12 @@ def _number_of_word(word: str, where: str) -> float:
     try:
         return float(parse_number(word))
     except ValueError:
-        raise MissionFileError(f"{where}: {word!r:.40} is not a number") from None
+        raise MissionFileError(f"{word!r:.40} is not a number", where) from None
 
 
 def _whole(value: float, where: str) -> int:
     if not value.is_integer():
-        raise MissionFileError(f"{where}: {value:g} is not a whole number")
+        raise MissionFileError(f"{value:g} is not a whole number", where)
     return int(value)
 
 

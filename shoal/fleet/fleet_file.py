@@ -6,6 +6,7 @@ from typing import Annotated, Any, NoReturn
 
 import msgspec
 
+from support.diagnostics import LocatedError
 from support.located_yaml import Node, parse_yaml_tree, read_text
 from support.terminal_text import corrected_spelling, quoted
 
@@ -31,7 +32,7 @@ _KEY = re.compile(r"Object (?:contains unknown|missing required) field `(.*)`")
 _STEP = re.compile(r"\w+|\[\d+\]")
 
 
-class FleetFileError(ValueError):
+class FleetFileError(LocatedError):
     """A fleet file that cannot be used; the text names file, line and reason."""
 
 

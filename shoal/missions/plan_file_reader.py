@@ -43,7 +43,7 @@ def load_plan(
     suffix = path.suffix.lower()
     if suffix in OTHERS:
         hint = OTHERS[suffix] or f"known are {', '.join(PLAN_SUFFIXES)}"
-        raise PlanFileError(f"{path}: {suffix} files are not read ({hint})")
+        raise PlanFileError(f"{suffix} files are not read ({hint})", path)
     text = read_text(path, PlanFileError)
     if suffix in ROUTE_READERS:
         items = [_route_item(point) for point in ROUTE_READERS[suffix](text, str(path))]
@@ -53,7 +53,7 @@ def load_plan(
             read = read_qgc_plan if suffix == QGC_SUFFIX else read_waypoints
             mission = read(text, str(path))
         except MissionFileError as error:
-            raise PlanFileError(str(error)) from None
+            raise PlanFileError(error.reason, error.where) from None
         for words in mission.remarks:
             remark(words)
         return _convert(mission, path, context)
@@ -84,7 +84,7 @@ def _convert(mission: MissionFile, path: Path, context: ConversionContext | None
     try:
         return plan_of([home_item(context.home), *mission.items], FLAVORS["ardupilot"], context).plan
     except BadItem as error:
-        raise PlanFileError(f"{path}: {error}") from None
+        raise PlanFileError(str(error), path) from None
 
 
 def _route_item(point: RoutePoint) -> Item:

@@ -49,7 +49,7 @@ def plan_file_text(plan: imc.PlanSpecification, path: Path, context: ConversionC
     mission = items_of(plan, flavor, context)
     items = [home_item(context.home), *mission.items[1:]]
     if len(items) < 2:
-        raise PlanFileError(f"{plan.plan_id}: has nothing that a mission can hold")
+        raise PlanFileError("has nothing that a mission can hold", plan.plan_id)
     if suffix == QGC_SUFFIX:
         text = write_qgc_plan(items, context.kind, flavor, context.speed)
         return PlanFileText(text, mission.remarks, _missing(plan, mission.item_map.steps))
@@ -58,7 +58,7 @@ def plan_file_text(plan: imc.PlanSpecification, path: Path, context: ConversionC
     route = _route(items[1:])
     places = [ids for ids, item in zip(mission.item_map.steps, mission.items, strict=False) if _has_place(item)]
     if not route:
-        raise PlanFileError(f"{plan.plan_id}: has no places for a route")
+        raise PlanFileError("has no places for a route", plan.plan_id)
     remarks = [] if len(route) == len(mission.items) - 1 else ["a route has only the places of the plan"]
     text = ROUTE_WRITERS[suffix](route, plan.plan_id)
     return PlanFileText(text, mission.remarks + remarks, _missing(plan, places))

@@ -61,7 +61,7 @@ def read_geojson(text: str, name: str) -> Route:
     try:
         root = load_json(text)
     except ValueError as error:
-        raise PlanFileError(f"{name}: not JSON: {error}") from None
+        raise PlanFileError(f"not JSON: {error}", name) from None
     lines, points, areas = list[Route](), Route(), 0
     for kind, coordinates, where in _geometries(root, name):
         if kind == "LineString":
@@ -129,22 +129,22 @@ ROUTE_WRITERS: Mapping[str, Callable[[Sequence[RoutePoint], str], str]] = {
 
 def _only_route(lines: list[Route], points: Route, areas: int, name: str) -> Route:
     if len(lines) > 1:
-        raise PlanFileError(f"{name}: has {len(lines)} lines, and a plan follows one")
+        raise PlanFileError(f"has {len(lines)} lines, and a plan follows one", name)
     route = lines[0] if lines else points
     if not route and areas:
-        raise PlanFileError(f"{name}: has an area, not a line or points; a plan covers an area with Rows")
+        raise PlanFileError("has an area, not a line or points; a plan covers an area with Rows", name)
     if not route:
-        raise PlanFileError(f"{name}: has no line and no points")
+        raise PlanFileError("has no line and no points", name)
     if len(route) > MOST:
-        raise PlanFileError(f"{name}: {len(route)} points are more than the {MOST} that a plan may have")
+        raise PlanFileError(f"{len(route)} points are more than the {MOST} that a plan may have", name)
     return route
 
 
 def _point(lat: float, lon: float, altitude: float | None, where: str, *, above_ground: bool = False) -> RoutePoint:
     if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
-        raise PlanFileError(f"{where}: latitude {lat:g}°, longitude {lon:g}° is no place on Earth")
+        raise PlanFileError(f"latitude {lat:g}°, longitude {lon:g}° is no place on Earth", where)
     if altitude is not None and not math.isfinite(altitude):
-        raise PlanFileError(f"{where}: altitude {altitude} is not a number")
+        raise PlanFileError(f"altitude {altitude} is not a number", where)
     return RoutePoint(lat, lon, altitude, above_ground)
 
 
@@ -152,7 +152,7 @@ def _kml_points(element: Element, mode: str) -> Iterator[RoutePoint]:
     for words in element.text.split():
         numbers = [_number(word, element.where) for word in words.split(",")]
         if len(numbers) not in (2, 3):
-            raise PlanFileError(f"{element.where}: {words!r:.40} is not longitude,latitude[,altitude]")
+            raise PlanFileError(f"{words!r:.40} is not longitude,latitude[,altitude]", element.where)
         altitude = numbers[2] if len(numbers) == 3 and mode in (NEAR_GROUND, "absolute") else None
         yield _point(numbers[1], numbers[0], altitude, element.where, above_ground=mode == NEAR_GROUND)
 
@@ -166,7 +166,7 @@ def _gpx_point(element: Element) -> RoutePoint:
 def _geometries(value: object, where: str) -> Iterator[tuple[str, object, str]]:
     """Kind, coordinates and place of each geometry."""
     if not isinstance(value, dict):
-        raise PlanFileError(f"{where}: is not GeoJSON")
+        raise PlanFileError("is not GeoJSON", where)
     part = cast(dict[str, Any], value)
     kind: Any = part.get("type")
     for group, inner in (("FeatureCollection", "features"), ("GeometryCollection", "geometries")):
@@ -180,7 +180,7 @@ def _geometries(value: object, where: str) -> Iterator[tuple[str, object, str]]:
     elif kind in ("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"):
         yield kind, part.get("coordinates"), where
     else:
-        raise PlanFileError(f"{where}: {kind!r:.40} is no type of GeoJSON")
+        raise PlanFileError(f"{kind!r:.40} is no type of GeoJSON", where)
 
 
 def _positions(value: object, where: str) -> Route:
@@ -190,13 +190,13 @@ def _positions(value: object, where: str) -> Route:
 def _position(value: object, where: str) -> RoutePoint:
     numbers = _list(value, where)
     if not 2 <= len(numbers) <= 4 or not all(isinstance(n, int | float) and not isinstance(n, bool) for n in numbers):
-        raise PlanFileError(f"{where}: {value!r:.60} is not [longitude, latitude] or with an altitude")
+        raise PlanFileError(f"{value!r:.60} is not [longitude, latitude] or with an altitude", where)
     return _point(numbers[1], numbers[0], float(numbers[2]) if len(numbers) > 2 else None, where)
 
 
 def _list(value: object, where: str) -> list[Any]:
     if not isinstance(value, list):
-        raise PlanFileError(f"{where}: expected a list")
+        raise PlanFileError("expected a list", where)
     return cast(list[Any], value)
 
 
@@ -204,7 +204,7 @@ def _number(word: str, where: str) -> float:
     try:
         return float(parse_number(word.strip()))
     except ValueError:
-        raise PlanFileError(f"{where}: {word.strip()!r:.40} is not a number") from None
+        raise PlanFileError(f"{word.strip()!r:.40} is not a number", where) from None
 
 
 def _xml(text: str, name: str, text_of: Sequence[str]) -> Element:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import yaml
 
 from runtime.profile import format_option, format_sections, read_config
+from support.diagnostics import LocatedError
 from support.located_yaml import parse_yaml_tree, read_text
 from support.terminal_text import printable
 
@@ -17,7 +18,7 @@ LABEL = "Entity Label"  # of a section, as in a profile
 WIDTH = 110
 
 
-class ParameterFileError(ValueError):
+class ParameterFileError(LocatedError):
     """A file of parameters that cannot be read or written; the text names the file, and the lines if it was read."""
 
 
@@ -90,11 +91,11 @@ def read_parameter_file(path: Path) -> list[FileSection]:
     """The parameters in a file. Raises ParameterFileError that names file and line, OSError."""
     suffix = path.suffix.lower()
     if suffix not in PARAMETER_SUFFIXES:
-        raise ParameterFileError(f"{path}: a file of parameters ends with {', '.join(PARAMETER_SUFFIXES)}")
+        raise ParameterFileError(f"a file of parameters ends with {', '.join(PARAMETER_SUFFIXES)}", path)
     text = read_text(path, ParameterFileError)
     sections = _read_ini(path) if suffix == ".ini" else _read_yaml(path, text)
     if not any(section.values for section in sections):
-        raise ParameterFileError(f"{path}: no parameters are in it")
+        raise ParameterFileError("no parameters are in it", path)
     return sections
 
 

@@ -43,7 +43,7 @@ class Capture:
             else:
                 context.event_watchers.setdefault(self.event, []).append(capture)
         except ValueError as error:
-            raise ScenarioFileError(f"{self.where}: {error}") from None
+            raise ScenarioFileError(str(error), self.where) from None
 
 
 def read_captures(

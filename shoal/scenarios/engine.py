@@ -297,7 +297,7 @@ def _named(origin: str) -> Generator[None]:
     try:
         yield
     except ValueError as error:
-        raise ScenarioFileError(f"{origin}: {error}") from None
+        raise ScenarioFileError(str(error), origin) from None
 
 
 def _hash(folders: Sequence[Path]) -> str:

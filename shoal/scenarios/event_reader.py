@@ -54,7 +54,7 @@ class ScheduledAction:
             self.action.check(context)
             self.timing.schedule(context, lambda: self._begin(context))
         except ValueError as error:
-            raise ScenarioFileError(f"{self.timing.where}: {error}") from None
+            raise ScenarioFileError(str(error), self.timing.where) from None
 
     def _begin(self, context: RunContext) -> None:
         for watch in context.event_watchers.get(self.name, ()):

@@ -36,8 +36,8 @@ def read_scenario_tree(path: Path) -> Node:
     try:
         root = parse_yaml_tree(text, str(path), ScenarioFileError)
     except ScenarioFileError as error:
-        hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in str(error) else ""
-        raise ScenarioFileError(f"{error}{hint}") from None
+        hint = " (a text with [, ], {, } or : in it needs quotes)" if "not YAML" in error.reason else ""
+        raise ScenarioFileError(f"{error.reason}{hint}", error.where) from None
     return merge_includes(root, path)
 
 

@@ -9,9 +9,10 @@ from shoal.scenarios.links import LinkModel
 from shoal.scenarios.metrics import Metric
 from shoal.scenarios.run_context import Event
 from shoal.scenarios.scenario_condition import ScenarioCondition
+from support.diagnostics import LocatedError
 
 
-class ScenarioFileError(ValueError):
+class ScenarioFileError(LocatedError):
     """A file that does not hold a scenario; the text names file, line and reason."""
 
 

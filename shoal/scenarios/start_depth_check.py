@@ -30,6 +30,7 @@ def check_start_depth(vehicle: Vehicle, settings: Sequence[ScenarioSetting]) -> 
         if about and task.initial_depth > (deepest := task.max_depth_at(lat, lon)):
             water = max(0.0, task.water_depth_at(lat, lon))
             raise ScenarioFileError(
-                f"{about[0].where}: {vehicle.name} cannot start at a depth of {task.initial_depth:g} m: "
-                f"the water there is {water:.1f} m deep, of which its hull needs {water - max(0.0, deepest):.1f} m"
+                f"{vehicle.name} cannot start at a depth of {task.initial_depth:g} m: "
+                f"the water there is {water:.1f} m deep, of which its hull needs {water - max(0.0, deepest):.1f} m",
+                about[0].where,
             )

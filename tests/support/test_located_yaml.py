@@ -4,6 +4,7 @@ import datetime
 
 import pytest
 
+from support.diagnostics import LocatedError
 from support.located_yaml import parse_yaml_tree
 
 TEXT = """
@@ -21,7 +22,7 @@ beyond: 1e309
 """
 
 
-class Refused(ValueError):
+class Refused(LocatedError):
     """What the caller wants to be raised."""
 
 

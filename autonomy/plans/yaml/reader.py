@@ -10,6 +10,7 @@ import imc
 from autonomy.plans.conditions import parse_condition
 from autonomy.plans.sequence import FINISH
 from autonomy.plans.yaml.value_codec import Z_UNITS, parse_position, parse_quantity, parse_speed, read_field
+from support.diagnostics import LocatedError
 from support.located_yaml import Node, parse_yaml_tree
 from support.terminal_text import with_suggestion
 from support.wgs84 import displace
@@ -31,7 +32,7 @@ PlanValues = dict[str, Any]
 Nodes = dict[str, Node]
 
 
-class PlanFileError(ValueError):
+class PlanFileError(LocatedError):
     """A file that does not hold a plan; the text names file, line and reason."""
 
 
@@ -43,10 +44,10 @@ def parse_plan(text: str, name: str = "plan", *, json: bool = False) -> imc.Plan
     try:
         message = imc.from_json(text) if json else PlanReader(parse_yaml_tree(text, name, PlanFileError), name).plan()
         if not isinstance(message, imc.PlanSpecification):
-            raise PlanFileError(f"{name}: is a {type(message).__name__}, not a PlanSpecification")
+            raise PlanFileError(f"is a {type(message).__name__}, not a PlanSpecification", name)
         imc.encode(message)
     except (imc.DecodeError, imc.EncodeError) as error:
-        raise PlanFileError(f"{name}: {error}") from None
+        raise PlanFileError(str(error), name) from None
     return message
 
 

@@ -54,7 +54,7 @@ class ScenarioRunner:
     def _draft(self, path: Path) -> ScenarioDocument:
         if path not in self._drafts:
             if path.exists() and not path.is_file():
-                raise ScenarioFileError(f"{path}: a scenario is a file")  # a pipe would never end
+                raise ScenarioFileError("a scenario is a file", path)  # a pipe would never end
             if len(self._drafts) >= MAX_CACHED_DRAFTS:
                 del self._drafts[next(iter(self._drafts))]
             self._drafts[path] = self.load_document(path)

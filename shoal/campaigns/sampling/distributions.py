@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from shoal.campaigns.optional_import import import_optional
+from support.diagnostics import LocatedError
 from support.located_yaml import Node
 from support.terminal_text import with_suggestion
 
@@ -19,7 +20,7 @@ _MOST_STEPS = 100_000
 _NORMAL = ("mean", "deviation")
 
 
-class StudyFileError(ValueError):
+class StudyFileError(LocatedError):
     """A file that does not hold a study; the text names file, line and reason."""
 
 
