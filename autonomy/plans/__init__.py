@@ -11,7 +11,7 @@ from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estima
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations, is_airborne
 from autonomy.plans.preflight import Preflight, PreflightOptionError
-from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan
+from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan, sequential_transitions
 from autonomy.plans.templates import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template
 from autonomy.plans.value_ranges import value_range_violations
 
@@ -45,5 +45,6 @@ __all__ = [
     "plan_from_template",
     "remaining_plan",
     "sequential_plan",
+    "sequential_transitions",
     "value_range_violations",
 ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import imc
 from autonomy.plans.conditions import Condition, parse_condition
-from autonomy.plans.sequence import FINISH
+from autonomy.plans.sequence import FINISH, along_first_transitions, reachable_maneuvers
 
 UNITS = (imc.ZUnits, imc.SpeedUnits)
 LONGEST_ID = 255  # bytes
@@ -50,12 +50,8 @@ class PlanGraph:
 
     def sequence_from(self, name: str) -> Iterator[PlanNode]:
         """The maneuvers from `name` on, along their first transitions, until one would repeat."""
-        seen: set[str] = set()
-        while name in self.nodes and name not in seen:
-            seen.add(name)
-            node = self.nodes[name]
-            yield node
-            name = node.transitions[0][1] if node.transitions else FINISH
+        following = {each: node.transitions[0][1] if node.transitions else FINISH for each, node in self.nodes.items()}
+        return map(self.nodes.__getitem__, along_first_transitions(name, following))
 
     @property
     def cyclical(self) -> bool:
@@ -110,8 +106,12 @@ def parse_graph(plan: imc.PlanSpecification, supported: Collection[int]) -> Plan
         if name not in reached:
             raise PlanError(f"{name}: maneuver has no incoming transition and it's not the initial maneuver")
     graph = PlanGraph(plan, nodes, plan.start_man_id)
-    for name in _unreachable(graph):
-        raise PlanError(f"{name}: maneuver cannot be reached from {graph.start}")
+    reached = reachable_maneuvers(
+        graph.start, {name: [to for _, to in node.transitions] for name, node in nodes.items()}
+    )
+    for name in nodes:
+        if name not in reached:
+            raise PlanError(f"{name}: maneuver cannot be reached from {graph.start}")
     return graph
 
 
@@ -120,17 +120,6 @@ def _lowest(maneuver: imc.Message) -> Iterator[float]:
     for name in HEIGHTS:
         if getattr(maneuver, f"{name}_units", None) in (imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE):
             yield getattr(maneuver, name)
-
-
-def _unreachable(graph: PlanGraph) -> list[str]:
-    """The names of maneuvers to which no way leads from the start."""
-    reached, waiting = {graph.start}, [graph.start]
-    while waiting:
-        for _, name in graph.nodes[waiting.pop()].transitions:
-            if name in graph.nodes and name not in reached:
-                reached.add(name)
-                waiting.append(name)
-    return [name for name in graph.nodes if name not in reached]
 
 
 def _check_id(text: str) -> None:

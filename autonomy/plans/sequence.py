@@ -1,33 +1,53 @@
 """The maneuvers of a plan one after the other, and what is left of a plan from one of them on."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import imc
 
 FINISH = "_done_"  # the destination that ends a plan
-DONE_CONDITIONS = ("", "true", "ManeuverIsDone")  # conditions that hold when a maneuver is done
+DONE = "ManeuverIsDone"
+DONE_CONDITIONS = ("", "true", DONE)  # conditions that hold when a maneuver is done
 
 
 def main_sequence(plan: imc.PlanSpecification) -> tuple[list[imc.PlanManeuver], list[str]]:
     """The maneuvers along the first transitions, each once, and remarks on everything that leaves this chain."""
     nodes, remarks = _nodes(plan), list[str]()
-    chain: list[imc.PlanManeuver] = []
-    name, seen = plan.start_man_id, set[str]()
-    if name not in nodes:
-        return [], [f"the plan has no maneuver {name!r} to begin with"]
-    while name in nodes:
-        if name in seen:
-            remarks.append(f"{chain[-1].maneuver_id}: the way back to {name} is not shown")
-            break
-        seen.add(name)
-        chain.append(nodes[name])
-        arrows = [arrow for arrow in _arrows(plan) if arrow.source_man == name]
+    if plan.start_man_id not in nodes:
+        return [], [f"the plan has no maneuver {plan.start_man_id!r} to begin with"]
+    leaving: dict[str, list[imc.PlanTransition]] = {name: [] for name in nodes}
+    for arrow in _arrows(plan):
+        leaving.setdefault(arrow.source_man, []).append(arrow)
+    following = {name: leaving[name][0].dest_man if leaving[name] else FINISH for name in nodes}
+    names = along_first_transitions(plan.start_man_id, following)
+    for name in names:
+        arrows = leaving[name]
         if len(arrows) > 1 or any(arrow.conditions.strip() not in DONE_CONDITIONS for arrow in arrows):
             remarks.append(f"{name}: the conditions of what follows are not shown")
-        name = arrows[0].dest_man if arrows else FINISH
-    remarks += [f"{name}: is beside the way that is shown" for name in nodes if name not in seen]
-    return chain, remarks
+    if (back := following[names[-1]]) in nodes:
+        remarks.append(f"{names[-1]}: the way back to {back} is not shown")
+    remarks += [f"{name}: is beside the way that is shown" for name in nodes if name not in names]
+    return [nodes[name] for name in names], remarks
+
+
+def along_first_transitions(start: str, following: Mapping[str, str]) -> list[str]:
+    """The maneuvers from `start` on, until one would repeat; `following` has the first destination of each."""
+    names: dict[str, None] = {}
+    while start in following and start not in names:
+        names[start] = None
+        start = following[start]
+    return list(names)
+
+
+def reachable_maneuvers(start: str, destinations: Mapping[str, Iterable[str]]) -> set[str]:
+    """The maneuvers to which a way leads from `start`, itself included; `destinations` has those of each."""
+    reached, waiting = {start}, [start]
+    while waiting:
+        for name in destinations[waiting.pop()]:
+            if name in destinations and name not in reached:
+                reached.add(name)
+                waiting.append(name)
+    return reached
 
 
 def remaining_plan(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool = False) -> imc.PlanSpecification:
@@ -46,28 +66,22 @@ def remaining_plan(plan: imc.PlanSpecification, maneuver: str, *, takeoff: bool 
         earlier.append(node)
     else:
         earlier = []
-    arrows = list(_arrows(plan))
-    kept, waiting = {maneuver}, [maneuver]
-    while waiting:
-        source = waiting.pop()
-        for arrow in arrows:
-            if arrow.source_man == source and arrow.dest_man in nodes and arrow.dest_man not in kept:
-                kept.add(arrow.dest_man)
-                waiting.append(arrow.dest_man)
+    destinations: dict[str, list[str]] = {name: [] for name in nodes}
+    for arrow in _arrows(plan):
+        if arrow.source_man in nodes:
+            destinations[arrow.source_man].append(arrow.dest_man)
+    kept = reachable_maneuvers(maneuver, destinations)
     first = nodes[maneuver]
     nodes[maneuver] = first.replace(start_actions=(*_latest(earlier), *first.start_actions))
     start = next(
         (n for n in earlier if takeoff and isinstance(n.data, imc.Takeoff) and n.maneuver_id not in kept), None
     )
     lead = [] if start is None else [start]
-    way = [
-        imc.PlanTransition(source_man=node.maneuver_id, dest_man=maneuver, conditions=DONE_CONDITIONS[-1])
-        for node in lead
-    ]
+    way = sequential_transitions([*(node.maneuver_id for node in lead), maneuver])
     return plan.replace(
         start_man_id=lead[0].maneuver_id if lead else maneuver,
         maneuvers=(*lead, *(nodes[name] for name in nodes if name in kept)),
-        transitions=(*way, *(arrow for arrow in arrows if arrow.source_man in kept)),
+        transitions=(*way, *(arrow for arrow in _arrows(plan) if arrow.source_man in kept)),
     )
 
 
@@ -78,11 +92,13 @@ def sequential_plan(plan_id: str, maneuvers: Mapping[str, imc.Message]) -> imc.P
         plan_id=plan_id,
         start_man_id=names[0],
         maneuvers=tuple(imc.PlanManeuver(maneuver_id=name, data=data) for name, data in maneuvers.items()),
-        transitions=tuple(
-            imc.PlanTransition(source_man=source, dest_man=destination, conditions=DONE_CONDITIONS[-1])
-            for source, destination in pairwise(names)
-        ),
+        transitions=sequential_transitions(names),
     )
+
+
+def sequential_transitions(names: Sequence[str]) -> tuple[imc.PlanTransition, ...]:
+    """Transitions from each maneuver to the next one, as it is done."""
+    return tuple(imc.PlanTransition(source_man=a, dest_man=b, conditions=DONE) for a, b in pairwise(names))
 
 
 def _latest(maneuvers: list[imc.PlanManeuver]) -> Iterator[imc.SetEntityParameters]:

@@ -1,10 +1,10 @@
 """The maneuvers of a plan, added one by one by the items of a mission."""
 
 import math
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import imc
+from autonomy.plans import sequential_transitions
 from imc.coordinates import area_contains
 from mavlink.missions.conversion_context import ConversionContext, Level, Units
 from mavlink.missions.enums import PARAMETERS, MissionError, MissionResult
@@ -14,7 +14,6 @@ from mavlink.missions.item_map import ItemMap
 LONGEST = 65_535  # s, of what IMC lets a maneuver last
 WIDEST = 25_000.0  # m, of a circle
 SURFACING = 1  # s at the surface; 0 would wait for a position fix, forever
-DONE = "ManeuverIsDone"
 Place = tuple[float, float]
 
 
@@ -51,12 +50,11 @@ class PlanBuilder:
             raise MissionError(MissionResult.INVALID, "the mission has no item that moves the vehicle")
         made[-1] = made[-1].replace(end_actions=tuple(self.pending))
         names = [maneuver.maneuver_id for maneuver in made]
-        arrows = (imc.PlanTransition(source_man=a, dest_man=b, conditions=DONE) for a, b in pairwise(names))
         plan = imc.PlanSpecification(
             plan_id=self.context.name,
             start_man_id=names[0],
             maneuvers=tuple(made),
-            transitions=tuple(arrows),
+            transitions=sequential_transitions(names),
         )
         try:
             plan = imc.decode(imc.encode(plan))

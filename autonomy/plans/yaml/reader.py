@@ -8,14 +8,13 @@ from typing import Any, cast
 
 import imc
 from autonomy.plans.conditions import parse_condition
-from autonomy.plans.sequence import FINISH
+from autonomy.plans.sequence import DONE, FINISH
 from autonomy.plans.yaml.value_codec import Z_UNITS, parse_position, parse_quantity, parse_speed, read_field
 from support.diagnostics import LocatedError
 from support.located_yaml import Node, parse_yaml_tree
 from support.terminal_text import with_suggestion
 from support.wgs84 import displace
 
-DONE = "ManeuverIsDone"
 ALIASES = {"idle": "IdleManeuver"}
 END = "end"
 MOST = 4096  # maneuvers

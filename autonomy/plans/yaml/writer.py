@@ -8,7 +8,8 @@ from typing import Any, cast
 import yaml
 
 import imc
-from autonomy.plans.yaml.reader import DONE, PlanFileError, PlanValues, parse_plan
+from autonomy.plans.sequence import DONE
+from autonomy.plans.yaml.reader import PlanFileError, PlanValues, parse_plan
 from autonomy.plans.yaml.value_codec import Z_UNITS, format_degrees, shortest_number, write_field
 from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 

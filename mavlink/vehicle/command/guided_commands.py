@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable, Sequence
 
 import imc
+from autonomy.plans import sequential_plan
 from mavlink import FLAVORS
 from mavlink.missions import BadItem, Item, MissionCommand, MissionResult, plan_of
 from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResult
-from mavlink.vehicle.mission import OnReply, PlanReply, sequential_plan
+from mavlink.vehicle.mission import OnReply, PlanReply
 
 DEGREES = 1e7
 GLOBAL, RELATIVE = 0, 3  # MAV_FRAME
@@ -140,7 +141,7 @@ def start_manual_control(control: VehicleControl, finish: Finish, now: float) ->
     """Let ground stations steer, until another mode is chosen."""
     if not control.model.kind.afloat:
         return CommandResult(MavResult.DENIED, "Mode TELEOPERATION denied: an aircraft is not steered by hand here")
-    plan = sequential_plan("steered", [imc.Teleoperation(custom=f"src={control.imc_id}")])
+    plan = sequential_plan("steered", {"1": imc.Teleoperation(custom=f"src={control.imc_id}")})
     control.plans.start(plan, _judge("be steered", finish), now)
     return None
 

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 
 import imc
+from autonomy.plans import sequential_plan
 from mavlink import Mode, is_maneuvering, statustext
 from mavlink.vehicle.arming_checks import WORKING
 from mavlink.vehicle.interfaces import VehiclePort
-from mavlink.vehicle.mission import MissionStore, OnReply, PlanClient, PlanReply, sequential_plan
+from mavlink.vehicle.mission import MissionStore, OnReply, PlanClient, PlanReply
 from mavlink.vehicle.model import VehicleModel
 
 
@@ -64,7 +65,7 @@ class VehicleControl:
         if station is None:
             judge(PlanReply(False, "the position is unknown"))
         else:
-            self.plans.start(sequential_plan("hold", [station]), judge, now)
+            self.plans.start(sequential_plan("hold", {"1": station}), judge, now)
 
     def abort(self, now: float) -> None:
         """Abort what the vehicle does."""

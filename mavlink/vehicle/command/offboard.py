@@ -4,11 +4,12 @@ import math
 from typing import Any
 
 import imc
+from autonomy.plans import sequential_plan
 from mavlink import Mode, ReceivedMessage, positions, statustext
 from mavlink.missions import MissionError, MissionResult
 from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.command.request import DONE, CommandResult, Finish, MavResult
-from mavlink.vehicle.mission import PlanReply, sequential_plan
+from mavlink.vehicle.mission import PlanReply
 from mavlink.vehicle.session import Session
 from support import wgs84
 from support.planar_geometry import north_and_east
@@ -93,7 +94,7 @@ class OffboardTarget:
             if not outcome.done:
                 session.send_statustext(statustext.WARNING, f"Cannot go there: {outcome.reason}", now)
 
-        control.plans.start(sequential_plan("goto", [leg, stay]), judge, now)
+        control.plans.start(sequential_plan("goto", {"1": leg, "2": stay}), judge, now)
 
     def follow(self, finish: Finish, now: float, *, streams: bool = False) -> CommandResult | None:
         """Follow the targets; if they come as a stream, its end is a reason to hold."""
@@ -109,7 +110,7 @@ class OffboardTarget:
             self._publish(now)
 
         maneuver = imc.FollowReference(control_src=control.imc_id, control_ent=0xFF, timeout=PATIENCE)
-        control.plans.start(sequential_plan("follow", [maneuver]), judge, now)
+        control.plans.start(sequential_plan("follow", {"1": maneuver}), judge, now)
         return None
 
     def repeat_target_or_hold(self, now: float) -> None:

@@ -1,6 +1,6 @@
 """The mission of a vehicle: its items, its upload and download, and its plans on board."""
 
-from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply, sequential_plan
+from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply
 from mavlink.vehicle.mission.store import NO_PLAN, REST_SUFFIX, MissionState, MissionStore
 from mavlink.vehicle.mission.transfer import MissionTransfer, acknowledge, seq_to_item_number
 
@@ -15,5 +15,4 @@ __all__ = [
     "PlanReply",
     "acknowledge",
     "seq_to_item_number",
-    "sequential_plan",
 ]

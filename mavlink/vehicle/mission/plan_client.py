@@ -1,6 +1,6 @@
 """Requests of MAVLink to the plan engine and the plan database; each gets one answer."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import imc
@@ -94,13 +94,3 @@ class PlanClient:
         self._number = self._number % 0xFFFF + 1
         self._asked[self._number] = _Asked(now + PATIENCE, then)
         self._port.publish(request.replace(dst=self._port.imc_id, request_id=self._number))
-
-
-def sequential_plan(plan_id: str, maneuvers: Sequence[imc.Message]) -> imc.PlanSpecification:
-    """A plan of maneuvers one after the other."""
-    steps = tuple(imc.PlanManeuver(maneuver_id=str(n), data=maneuver) for n, maneuver in enumerate(maneuvers, 1))
-    done = [
-        imc.PlanTransition(source_man=str(n), dest_man=str(n + 1), conditions="ManeuverIsDone")
-        for n in range(1, len(steps))
-    ]
-    return imc.PlanSpecification(plan_id=plan_id, start_man_id="1", maneuvers=steps, transitions=tuple(done))
