@@ -29,8 +29,8 @@ from runtime.bus import Subscription
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.testing import NoProfile
+from runtime.udp_sockets import bind_udp_socket
 from runtime.vehicle import Vehicle, build
-from tasks.transports.imc_links.sockets import bind_udp_socket
 from tasks.transports.udp import UDP
 
 CONSOLE = 0x4042

@@ -32,13 +32,13 @@ OPEN = {  # modules that are imported as they are
     *(
         "imc.console_acl",
         "imc.reserved_ids",
-        "imc.console_acl",
         "imc.discovery",
         "imc.fragments",
         "imc.layout",
         "imc.messages",
         "imc.tuple_list",
         "runtime.network_interfaces",
+        "runtime.udp_sockets",
     ),
     "runtime.testing",
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries

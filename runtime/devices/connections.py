@@ -7,6 +7,8 @@ from contextlib import suppress
 from ipaddress import ip_address
 from typing import Any, Protocol
 
+from runtime.udp_sockets import bind_udp_socket
+
 MOST_AT_ONCE = 4096  # bytes that are read before other handlers have their turn
 MOST_DATAGRAMS = 64
 LARGEST_DATAGRAM = 65535
@@ -240,12 +242,9 @@ class UdpSocket:
         return "" if self._to is None or _is_number(self._to[0]) else self._to[0]
 
     def open(self, number: str) -> "UdpConnection":
-        made = socket.socket(socket.AF_INET6 if ":" in self._own[0] else socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            made.setblocking(False)
-            made.bind(self._own)
+            made = bind_udp_socket(*self._own)
         except (OSError, ValueError, OverflowError) as error:
-            made.close()
             raise user_friendly_error(error) from None
         return UdpConnection(made, (number or self._to[0], self._to[1]) if self._to is not None else None)
 

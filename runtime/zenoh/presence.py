@@ -16,6 +16,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, cast
 
 from runtime.network_interfaces import interfaces
+from runtime.udp_sockets import source_address
 from runtime.zenoh.error_counter import REPORT_PERIOD
 from runtime.zenoh.key_expressions import PREFIX, alive_key, key_chunk
 from support.log_limit import ReportLimit
@@ -96,10 +97,8 @@ def describe_local_host() -> str:
 
 def _address() -> str:
     """That of the interface which leads elsewhere, else of the first one that is up."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, contextlib.suppress(OSError):
-        probe.connect(ELSEWHERE)  # sends nothing: it chooses the interface
-        return probe.getsockname()[0]
-    return next((each.address for each in interfaces() if not each.is_loopback), "")
+    first = (each.address for each in interfaces() if not each.is_loopback)
+    return source_address(*ELSEWHERE) or next(first, "")
 
 
 def parse_token(key: str) -> SiblingProcess | None:

@@ -2,11 +2,11 @@
 
 import socket
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 
 from imc.discovery import LOOPBACK, MULTICAST, Endpoint
 from imc.layout import LARGEST_PACKET
 from runtime.network_interfaces import EVERYWHERE, enable_icmp_errors, interfaces
+from runtime.udp_sockets import bind_udp_socket, join_multicast_group, source_address
 
 AT_ONCE = 256  # datagrams read before the rest of the program comes to its turn
 BUFFER = 4 << 20  # bytes
@@ -14,19 +14,11 @@ BUFFER = 4 << 20  # bytes
 
 def bound_socket(address: str, port: int) -> socket.socket:
     """A socket at an address of this computer, 0.0.0.0 for all. Raises OSError if the port is taken."""
-    one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    try:
-        one.setblocking(False)
-        with suppress(OSError):
-            one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-        enable_icmp_errors(one)
-        if address == EVERYWHERE:
-            one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-            one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
-        one.bind((address, port))
-    except OSError:
-        one.close()
-        raise
+    one = bind_udp_socket(address, port, BUFFER)
+    enable_icmp_errors(one)
+    if address == EVERYWHERE:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
     return one
 
 
@@ -37,10 +29,8 @@ def discovery_socket(address: str, ports: Sequence[int]) -> socket.socket | None
             one = bound_socket(address, port)
         except OSError:
             continue
-        for interface in interfaces() if address == EVERYWHERE else ():
-            group = socket.inet_aton(MULTICAST) + socket.inet_aton(interface.address)
-            with suppress(OSError):  # it has no multicast
-                one.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
+        if address == EVERYWHERE:
+            join_multicast_group(one, MULTICAST, [interface.address for interface in interfaces()])
         return one
     return None
 
@@ -60,10 +50,4 @@ def waiting_datagrams(one: socket.socket, failed: Callable[[], object]) -> Itera
 
 def own_address(place: Endpoint) -> str:
     """The address of this computer on the way to a place."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-            probe.connect((place.address, place.port or 9))
-        except OSError:
-            return LOOPBACK
-        return probe.getsockname()[0]
+    return source_address(place.address, place.port or 9) or LOOPBACK

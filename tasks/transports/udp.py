@@ -9,6 +9,7 @@ from imc.discovery import Endpoint, Service, Services
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, consume, periodic
 from runtime.network_interfaces import enable_icmp_errors, refused_destinations
+from runtime.udp_sockets import bind_udp_socket
 from support.duplicate_filter import DuplicateFilter
 from support.log_limit import LogLimit
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, SPOOFED, sender_text
@@ -24,7 +25,7 @@ from tasks.transports.imc_links.peer_table import (
 )
 from tasks.transports.imc_links.port_search import announce_listening_service, candidate_ports
 from tasks.transports.imc_links.recvmmsg import Datagram
-from tasks.transports.imc_links.sockets import bind_udp_socket, network_time, send_packet
+from tasks.transports.imc_links.sockets import BUFFER, network_time, send_packet
 from tasks.transports.imc_links.stream_links import StreamLinkTask
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
@@ -88,7 +89,7 @@ class UDP(DatagramLinkTask):
         trouble = ""
         for port in candidate_ports(self.local_port, PORTS_TRIED):
             try:
-                self.socket = bind_udp_socket(self.place, port)
+                self.socket = bind_udp_socket(self.place, port, BUFFER)
             except OSError as error:
                 trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue

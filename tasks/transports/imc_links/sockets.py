@@ -2,7 +2,7 @@
 
 import math
 import socket
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from ipaddress import IPv4Address
 from typing import Any
 
@@ -11,6 +11,7 @@ from runtime import Task
 from runtime.kernel import Timer
 from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_address
 from runtime.task import ParameterError
+from runtime.udp_sockets import bind_udp_socket, join_multicast_group
 from support.terminal_text import quoted
 
 BUFFER = 1 << 20  # bytes that the system may keep for us
@@ -57,19 +58,6 @@ def check_multicast_address(text: str) -> None:
         raise ParameterError("Multicast Address", f"{quoted(text)} is not a multicast address of IPv4")
 
 
-def bind_udp_socket(address: str, port: int) -> socket.socket:
-    """A UDP socket that nobody shares, at an address of this computer. Raises OSError if it is taken."""
-    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    try:
-        opened.setblocking(False)
-        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-        opened.bind((address, port))
-    except OSError:
-        opened.close()
-        raise
-    return opened
-
-
 def send_packet(sender: socket.socket, packet: bytes, place: tuple[str, int]) -> None:
     """Send a packet. Raises OSError."""
     try:
@@ -87,18 +75,18 @@ def open_announce_receivers(address: str, port: int, group: str = MULTICAST) -> 
     places = [address] if address == EVERYWHERE else list(dict.fromkeys((address, LOOPBACK)))
     opened: list[socket.socket] = []
     try:
-        opened.extend(bind_udp_socket(place, port) for place in places)
+        opened.extend(bind_udp_socket(place, port, BUFFER) for place in places)
         if address == EVERYWHERE:
-            _join(opened[0], group, [interface.address for interface in interfaces()])
+            join_multicast_group(opened[0], group, [interface.address for interface in interfaces()])
         else:
             for place in (group, *(() if is_loopback_address(address) else (BROADCAST,))):
                 try:
-                    opened.append(bind_udp_socket(place, port))
+                    opened.append(bind_udp_socket(place, port, BUFFER))
                 except OSError:
                     continue  # no such network here
             for further in opened[len(places) : len(places) + 1]:
                 further.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
-                _join(further, group, places)
+                join_multicast_group(further, group, places)
     except OSError:
         for each in opened:
             each.close()
@@ -119,13 +107,3 @@ def open_announce_sender(address: str = "") -> socket.socket:
     if address:
         opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(address))
     return opened
-
-
-def _join(receiver: socket.socket, group: str, addresses: Iterable[str]) -> None:
-    """Join a group on the interfaces that have these addresses; one that cannot is left out."""
-    for address in addresses:
-        wish = socket.inet_aton(group) + socket.inet_aton(address)
-        try:
-            receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, wish)
-        except OSError:
-            continue  # an interface without multicast

@@ -9,9 +9,10 @@ import pytest
 import imc
 from imc.discovery import MULTICAST, Endpoint, Service, Services
 from runtime.network_interfaces import interfaces
+from runtime.udp_sockets import bind_udp_socket
 from tasks.transports.imc_links.own_announce import EXTERNAL, LOCAL, announcement, external_services, loopback_services
 from tasks.transports.imc_links.recvmmsg import make_datagram_reader, read_one_by_one
-from tasks.transports.imc_links.sockets import bind_udp_socket, open_announce_receivers, open_announce_sender
+from tasks.transports.imc_links.sockets import open_announce_receivers, open_announce_sender
 from tests.outside import IN_USE
 
 
