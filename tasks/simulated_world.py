@@ -3,11 +3,11 @@
 import math
 from collections import deque
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import imc
 from imc.coordinates import NOWHERE, LocalOrigin
-from runtime import ConfigWarning, ParameterError, Task
+from runtime import ConfigWarning, ParameterError, Task, param
 from runtime.vehicle import ProfileValues
 from support.pose import Pose
 from support.rotations import Vector, wrap
@@ -93,6 +93,12 @@ def log_unknown_depth(task: Task, north: float, east: float, before: bool) -> bo
     elif before and not unknown:
         task.log.info(f"{world.chart.name} has depths here")
     return unknown
+
+
+def position_param(description: str, default: Sequence[float] = ()) -> Any:
+    """A parameter for a place in the vehicle (m); without a default it may be empty."""
+    size = 3 if default else (0, 3)
+    return param(list(default), "m", description, size=size, minimum=-FARTHEST_MOUNT, maximum=FARTHEST_MOUNT)
 
 
 def mount_pose(position: Sequence[float], orientation: Sequence[float] = ()) -> Pose:

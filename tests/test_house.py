@@ -261,6 +261,10 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.maneuver.depth_spiral": (("elevator", "pop_up", "scheduled_goto"), "changes of depth on the spot"),
     "tasks.maneuver.station_control": (("pop_up", "station_keeping"), "staying at a place in the water"),
     "tasks.simulators.powered_device": (("motor", "servos", "uav", "vsim"), "what a battery does to actuators"),
+    "tasks.simulators.true_state_sensor": (
+        ("depth_sensor", "dvl", "environment", "gaussian"),
+        "the true state that sensors measure",
+    ),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
     "tasks.control.path.path_follower": (("pure_pursuit", "vector_field"), "how a path is followed and reported"),
     "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),

@@ -1,15 +1,14 @@
 """Simulates a depth sensor."""
 
-import math
-
 import imc
-from runtime import State, Task, consume, param, periodic
+from runtime import param, periodic
+from tasks.simulators.true_state_sensor import TrueStateSensorTask
 
 GRAVITY = 9.80665  # m/s²
 PASCAL = 0.01  # hPa
 
 
-class DepthSensor(Task):
+class DepthSensor(TrueStateSensorTask):
     """Measures the absolute pressure of the water with white noise, and from it depth, never less than zero."""
 
     execution_frequency: float = param(10.0, "Hz", "Rate of Depth and Pressure.", minimum=0.1, maximum=1000)
@@ -17,20 +16,6 @@ class DepthSensor(Task):
     surface_pressure: float = param(1013.25, "hPa", "Pressure of the air at the surface.", minimum=800, maximum=1100)
     water_density: float = param(1025.0, "kg/m³", "Density of the water.", minimum=900, maximum=1300)
     water_temperature: float = param(15.0, "°C", "Temperature of the water.", minimum=-5, maximum=60)
-
-    def start(self) -> None:
-        self._truth: imc.SimulatedState | None = None
-        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
-
-    @consume
-    def update_truth(self, truth: imc.SimulatedState) -> None:
-        if not math.isfinite(truth.z):
-            self._truth = None
-            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
-            return
-        if self._truth is None:
-            self.set_entity_state(State.NORMAL, "active")
-        self._truth = truth
 
     @periodic("execution_frequency")
     def measure(self) -> None:

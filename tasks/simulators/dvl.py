@@ -3,10 +3,11 @@
 import math
 
 import imc
-from runtime import Entity, State, Task, consume, param, periodic
+from runtime import Entity, State, param, periodic
 from support.pose import Pose
 from support.rotations import Vector, cross, rotation, to_body, to_ned
-from tasks.simulated_world import FARTHEST_MOUNT, INVALID_TRUTH, WorldFrame, is_valid_truth, mount_pose, world_of
+from tasks.simulated_world import WorldFrame, mount_pose, position_param, world_of
+from tasks.simulators.true_state_sensor import TrueStateSensorTask
 from world import SECTIONS
 from world.sensors import BeamEcho, SonarBeam, distance_to_bottom, janus_directions, nearest_echo, velocity_from_beams
 
@@ -16,7 +17,7 @@ OLDEST = 1.0  # s, of the last state
 FARTHEST = 1000.0  # m, for beams without a limit
 
 
-class DVL(Task):
+class DVL(TrueStateSensorTask):
     """Measures velocity over ground and through the water in the body frame, with white noise.
 
     Some samples are invalid; their velocities are zero. Without the bottom of [World] in range, straight below the
@@ -59,13 +60,8 @@ class DVL(Task):
     beam_noise: float = param(
         0.0, "m", "White noise of the distance of each beam.", name="Standard Deviation - Beam Distance", minimum=0
     )
-    device_position: list[float] = param(
-        [],
-        "m",
-        "Place in the vehicle: forward, right, down of its origin; empty for the origin.",
-        size=(0, 3),
-        minimum=-FARTHEST_MOUNT,
-        maximum=FARTHEST_MOUNT,
+    device_position: list[float] = position_param(
+        "Place in the vehicle: forward, right, down of its origin; empty for the origin."
     )
     device_orientation: list[float] = param(
         [], "°", "Roll, pitch and yaw of its axes against the vehicle's; empty for none.", size=(0, 3)
@@ -79,18 +75,7 @@ class DVL(Task):
 
     def start(self) -> None:
         self._chart = WorldFrame(world_of(self).origin)
-        self._truth: imc.SimulatedState | None = None
-        self._say(State.BOOT, "waiting for SimulatedState")
-
-    @consume
-    def update_truth(self, truth: imc.SimulatedState) -> None:
-        if not is_valid_truth(truth):
-            self._truth = None
-            self._say(State.FAULT, INVALID_TRUTH)
-            return
-        if self._truth is None:
-            self._say(State.NORMAL, "active")
-        self._truth = truth
+        super().start()
 
     @periodic("execution_frequency")
     def measure(self) -> None:
@@ -100,7 +85,7 @@ class DVL(Task):
         truth = self._truth
         if truth is not None and self.age(truth.timestamp) > OLDEST:
             self._truth = truth = None
-            self._say(State.FAULT, "no recent SimulatedState")
+            self.report_state(State.FAULT, "no recent SimulatedState")
         if truth is None:
             return
         time, water, ground = truth.timestamp, imc.WaterVelocity(), imc.GroundVelocity()
@@ -151,7 +136,7 @@ class DVL(Task):
                 found.append((direction, math.fsum(part * (own - its) for part, own, its in pairs)))
         return velocity_from_beams([direction for direction, _ in found], [speed for _, speed in found])
 
-    def _say(self, state: State, description: str) -> None:
+    def report_state(self, state: State, description: str) -> None:
         for entity in (self.entity, *self._ears):
             self.set_entity_state(state, description, entity=entity)
 

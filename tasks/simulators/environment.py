@@ -3,10 +3,11 @@
 import math
 
 import imc
-from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime import ParameterError, State, param, periodic
 from support.rotations import Vector
 from support.wgs84 import offset
 from tasks.simulated_world import adopt_world_options, world_of
+from tasks.simulators.true_state_sensor import TrueStateSensorTask
 from world import SECTIONS
 from world.sea import Bathymetry
 from world.sensors import SonarBeam
@@ -17,7 +18,7 @@ OLDER = "Older place of [World]"
 SLOPE_STEPS = 3
 
 
-class Environment(Task):
+class Environment(TrueStateSensorTask):
     """Publishes Distance of two entities: an altimeter that looks down and an echo sounder that looks ahead.
 
     The bottom is that of [World]. Both measure along their beams. As in DUNE, the echo sounder detects the bottom with
@@ -88,19 +89,8 @@ class Environment(Task):
         self._forward = _blank(self.forward_sonar_position, self.forward_sonar_orientation, self.forward_beam_width)
 
     def start(self) -> None:
-        self._truth: imc.SimulatedState | None = None
         self._origin = (math.nan, math.nan)
-        self._say(State.BOOT, "waiting for SimulatedState")
-
-    @consume
-    def update_truth(self, truth: imc.SimulatedState) -> None:
-        if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z + truth.phi + truth.theta + truth.psi):
-            self._truth = None
-            self._say(State.FAULT, "SimulatedState is not finite")
-            return
-        if self._truth is None:
-            self._say(State.NORMAL, "active")
-        self._truth = truth
+        super().start()
 
     @periodic("execution_frequency")
     def measure_distances(self) -> None:
@@ -159,7 +149,7 @@ class Environment(Task):
             a, b, c, d = self.pier_points
             self._pier = offset(lat, lon, a, b), offset(lat, lon, c, d)
 
-    def _say(self, state: State, description: str) -> None:
+    def report_state(self, state: State, description: str) -> None:
         for entity in (self.entity, self._altimeter, self._echo_sounder):
             self.set_entity_state(state, description, entity=entity)
 

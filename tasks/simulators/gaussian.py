@@ -3,8 +3,9 @@
 import math
 
 import imc
-from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime import ParameterError, param, periodic
 from support import wgs84
+from tasks.simulators.true_state_sensor import TrueStateSensorTask
 
 KINDS = {
     kind.__name__: kind
@@ -22,7 +23,7 @@ KINDS = {
 SURFACE = 0.2  # m, depth below which the sensor is certainly wet
 
 
-class Gaussian(Task):
+class Gaussian(TrueStateSensorTask):
     """Measures a field that falls off from its peak like a Gaussian bell, with white noise.
 
     With `Invalid at Surface` each sample there is preceded by one of -1, as in DUNE: receivers take the latest.
@@ -55,19 +56,8 @@ class Gaussian(Task):
         self._peak = math.radians(lat), math.radians(lon)
 
     def start(self) -> None:
-        self._truth: imc.SimulatedState | None = None
         self._origin, self._offset = (math.nan, math.nan), (0.0, 0.0)
-        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
-
-    @consume
-    def update_truth(self, truth: imc.SimulatedState) -> None:
-        if not math.isfinite(truth.lat + truth.lon + truth.x + truth.y + truth.z):
-            self._truth = None
-            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
-            return
-        if self._truth is None:
-            self.set_entity_state(State.NORMAL, "active")
-        self._truth = truth
+        super().start()
 
     @periodic("execution_frequency")
     def measure_gaussian_field(self) -> None:

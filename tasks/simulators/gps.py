@@ -8,7 +8,7 @@ import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
 from support import wgs84
 from support.rotations import cross, rotation, to_body, to_ned
-from tasks.simulated_world import FARTHEST_MOUNT, INVALID_TRUTH, is_valid_truth, mount_pose
+from tasks.simulated_world import INVALID_TRUTH, is_valid_truth, mount_pose, position_param
 from world.sensors import Drift
 
 SLOWEST = 0.05  # m/s, least speed that has a course
@@ -65,13 +65,8 @@ class GPS(Task):
     latency: float = param(0.0, "s", "Age of a fix when it is published.", minimum=0, maximum=10)
     start_up_time: float = param(0.0, "s", "Time from the start to the first fix.", name="Start-Up Time", minimum=0)
     reacquisition_time: float = param(0.0, "s", "Time from surfacing to the next fix.", minimum=0)
-    device_position: list[float] = param(
-        [],
-        "m",
-        "Antenna in the vehicle: forward, right, down of its origin; empty for the origin.",
-        size=(0, 3),
-        minimum=-FARTHEST_MOUNT,
-        maximum=FARTHEST_MOUNT,
+    device_position: list[float] = position_param(
+        "Antenna in the vehicle: forward, right, down of its origin; empty for the origin."
     )
     report_ground_velocity: bool = param(
         False, "", "Whether to publish GroundVelocity with each fix, like a dual-antenna receiver."

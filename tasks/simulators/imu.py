@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import imc
 from runtime import ParameterError, State, Task, consume, param
 from support.rotations import Vector, wrap
-from tasks.simulated_world import FARTHEST_MOUNT, INVALID_TRUTH, is_valid_truth, mount_pose
+from tasks.simulated_world import INVALID_TRUTH, is_valid_truth, mount_pose, position_param
 from world.sensors import (
     IMU_PARTS,
     STANDARD_GRAVITY,
@@ -61,13 +61,8 @@ class IMU(Task):
         choices=(OWN_VALUES, *IMU_PARTS),
         editable=False,
     )
-    device_position: list[float] = param(
-        [],
-        "m",
-        "Place in the vehicle: forward, right, down of its origin; empty for the origin.",
-        size=(0, 3),
-        minimum=-FARTHEST_MOUNT,
-        maximum=FARTHEST_MOUNT,
+    device_position: list[float] = position_param(
+        "Place in the vehicle: forward, right, down of its origin; empty for the origin."
     )
     device_orientation: list[float] = param(
         [], "°", "Roll, pitch and yaw of its axes against the vehicle's; empty for none.", size=(0, 3)

@@ -9,12 +9,12 @@ from support.log_limit import ReportLimit
 from support.pose import DOWN, Pose
 from tasks.pose_history import PoseHistory
 from tasks.simulated_world import (
-    FARTHEST_MOUNT,
     TrueState,
     WorldFrame,
     WorldPose,
     adopt_world_options,
     has_valid_pose,
+    position_param,
     world_of,
 )
 from world import SECTIONS, ObjectPosition, WorldObject
@@ -88,13 +88,8 @@ class MUGDetectionCamera(Task):
     mount_orientation: list[float] = param(
         [], "°", "Roll, pitch and yaw in the vehicle of a camera that looks down.", size=(0, 3)
     )
-    mount_position: list[float] = param(
-        [0.0, 0.0, 0.0],
-        "m",
-        "Position of the camera in the vehicle: forward, right, down.",
-        size=3,
-        minimum=-FARTHEST_MOUNT,
-        maximum=FARTHEST_MOUNT,
+    mount_position: list[float] = position_param(
+        "Position of the camera in the vehicle: forward, right, down.", [0.0, 0.0, 0.0]
     )
     mugs: list[str] = param(["1.0 0.3"], "", "Older place of [World] Gliders, which all cameras see.", name="MUGs")
     target_plane: str = param(

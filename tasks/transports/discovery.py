@@ -18,6 +18,7 @@ from tasks.transports.imc_links.shared_discovery import DiscoveryFollower, Disco
 from tasks.transports.imc_links.sockets import (
     check_multicast_address,
     listen_address,
+    listen_address_param,
     network_time,
     open_announce_receivers,
     schedule_network_timer,
@@ -64,12 +65,7 @@ class Discovery(Task):
 
     external = True
 
-    address: str = param(
-        "",
-        "",
-        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
-        editable=False,
-    )
+    address: str = listen_address_param()
     multicast_address: str = param(MULTICAST, "", "The multicast group.", editable=False)
     ports: list[int] = param(
         list(PORTS),

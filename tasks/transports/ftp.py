@@ -8,7 +8,7 @@ from runtime.profile import listed_consoles
 from support.log_limit import ReportLimit
 from tasks.transports.ftp_server import FTPServer
 from tasks.transports.imc_links.port_search import announce_listening_service
-from tasks.transports.imc_links.sockets import listen_address
+from tasks.transports.imc_links.sockets import listen_address, listen_address_param
 
 RETRY = 5.0  # s
 TELL_PERIOD = 10.0  # s between two entries about refusals
@@ -27,12 +27,7 @@ class FTP(Task):
     requires = "ftp"
     optional = True
 
-    address: str = param(
-        "",
-        "",
-        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
-        editable=False,
-    )
+    address: str = listen_address_param()
     control_port: int = param(
         30021,
         "1",

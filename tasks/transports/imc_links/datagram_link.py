@@ -10,7 +10,7 @@ from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_paramet
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import PeerTable
 from tasks.transports.imc_links.radio_range import RadioRange
-from tasks.transports.imc_links.sockets import listen_address
+from tasks.transports.imc_links.sockets import listen_address, listen_address_param
 from tasks.transports.imc_links.vehicle_peers import VehiclePeers
 
 
@@ -21,12 +21,7 @@ class DatagramLinkTask(ImcLinkTask):
     the range of a simulated radio or None.
     """
 
-    address: str = param(
-        "",
-        "",
-        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
-        editable=False,
-    )
+    address: str = listen_address_param()
     local_port: int = param(
         6002,
         "1",

@@ -7,7 +7,7 @@ from ipaddress import IPv4Address
 from typing import Any
 
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, check_address
-from runtime import Task
+from runtime import Task, param
 from runtime.kernel import Timer
 from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_address
 from runtime.task import ParameterError
@@ -17,6 +17,12 @@ from support.terminal_text import quoted
 BUFFER = 1 << 20  # bytes that the system may keep for us
 HOPS = 1  # of multicast packets, as in DUNE
 IP_MULTICAST_ALL = 49  # of Linux: 0 gives a socket only the groups that it has joined itself
+
+
+def listen_address_param() -> Any:
+    """The parameter Address of a task that listens, for `listen_address`."""
+    text = "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only."
+    return param("", "", text, editable=False)
 
 
 def listen_address(task: Task, own: str) -> str:

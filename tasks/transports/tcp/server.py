@@ -10,7 +10,12 @@ from runtime import State, consume, param
 from support.log_limit import LogLimit
 from tasks.transports.imc_links.link_task import reraise_as_parameter_error
 from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
-from tasks.transports.imc_links.sockets import listen_address, network_time, schedule_network_timer
+from tasks.transports.imc_links.sockets import (
+    listen_address,
+    listen_address_param,
+    network_time,
+    schedule_network_timer,
+)
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 from tasks.transports.imc_links.vehicle_peers import VehiclePeers
 
@@ -34,12 +39,7 @@ class Server(StreamLinkTask):
     without any packet. Another vehicle is sent nothing, unless `Call Systems` names it.
     """
 
-    address: str = param(
-        "",
-        "",
-        "Address to listen at; empty means [General] Network Address: 127.0.0.1 is this computer only.",
-        editable=False,
-    )
+    address: str = listen_address_param()
     port: int = param(
         7001,
         "1",

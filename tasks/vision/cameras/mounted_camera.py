@@ -2,7 +2,7 @@
 
 from runtime import ParameterError, param
 from support.pose import Pose
-from tasks.simulated_world import FARTHEST_MOUNT, mount_pose
+from tasks.simulated_world import mount_pose, position_param
 from tasks.vision.cameras.image_saver import ImageSaverTask
 from world.optics import CalibrationError, CameraModel, calibration_file_to_json, parse_calibration
 
@@ -24,13 +24,8 @@ class MountedCameraTask(ImageSaverTask):
     calibration_camera: str = param(
         "", "", "Camera of that file, if it has several: cam1, or an entity label.", editable=False
     )
-    mount_position: list[float] = param(
-        [0.0, 0.0, 0.0],
-        "m",
-        "Position of the camera in the vehicle: forward, right, down.",
-        size=3,
-        minimum=-FARTHEST_MOUNT,
-        maximum=FARTHEST_MOUNT,
+    mount_position: list[float] = position_param(
+        "Position of the camera in the vehicle: forward, right, down.", [0.0, 0.0, 0.0]
     )
     mount_orientation: list[float] = param(
         [0.0, -90.0, 0.0],
