@@ -7,7 +7,7 @@ imcjava looks for it. `dune://0.0.0.0/uid/N` names one run of a system: another 
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from ipaddress import IPv4Address
+from ipaddress import IPv4Address, ip_address
 from typing import NamedTuple, Self
 
 from support.terminal_text import quoted
@@ -171,6 +171,15 @@ def check_address(text: str) -> None:
         IPv4Address(text)
     except ValueError:
         raise ValueError(f"{quoted(text)} is not an IPv4 address") from None
+
+
+def is_ip_address(host: str) -> bool:
+    """Whether a host is given by its number, of IPv4 or IPv6."""
+    try:
+        ip_address(host)
+    except ValueError:
+        return False
+    return True
 
 
 def announce_targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[Endpoint, ...]:

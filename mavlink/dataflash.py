@@ -10,10 +10,9 @@ import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from mavlink.log_record_scanner import LogRecord, RecordScanner, RecordTimes
+from mavlink.log_record_scanner import LogRecord, RecordLog, RecordScanner, RecordTimes
 
 HEAD = b"\xa3\x95"
 HEADER = len(HEAD) + 1
@@ -49,18 +48,8 @@ COLUMNS = ("Type", "Length", "Name", "Format", "Columns")
 FORMATS = _Format("FMT", HEADER + FMT_FIELDS.size, FMT_FIELDS, "BBnNZ", COLUMNS)
 
 
-class DataFlash:
-    """A DataFlash log.
-
-    position: bytes read so far. lost: bytes outside of records, and of those that are damaged. records: number of whole
-    ones.
-    """
-
-    def __init__(self, path: Path):
-        self.path = path
-        self.size = path.stat().st_size
-        self.position = self.lost = self.records = 0
-        self.first_lost = -1
+class DataFlash(RecordLog):
+    """A DataFlash log."""
 
     def read(self, names: frozenset[str]) -> Iterator[LogRecord]:
         """The records with these names, in the order of the file; damage is skipped and counted."""
@@ -74,7 +63,7 @@ class DataFlash:
         definitions = _Definitions(data)
         chain = RecordScanner(data, 0, definitions)
         while (start := chain.find_next_record()) >= 0:
-            self._note(chain, damaged)
+            self.note_progress(chain, damaged)
             kind = definitions.formats[data[start + 2]]
             if kind.name not in names:
                 continue
@@ -85,11 +74,7 @@ class DataFlash:
             else:
                 damaged += kind.length
                 chain.note_damage(start)
-        self._note(chain, damaged)
-
-    def _note(self, chain: RecordScanner, damaged: int) -> None:
-        self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
-        self.first_lost = chain.first_lost
+        self.note_progress(chain, damaged)
 
 
 class _Definitions:

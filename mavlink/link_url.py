@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from ipaddress import ip_address
 
-from imc.discovery import LOOPBACK
+from imc.discovery import LOOPBACK, is_ip_address
 from mavlink.modes import FLAVORS, Flavor
 from support.terminal_text import with_suggestion
 
@@ -62,7 +62,7 @@ class LinkUrl:
     @property
     def has_hostname(self) -> bool:
         """Whether the host is a name, which has to be looked up."""
-        return self.scheme != SERIAL and not _is_number(self.host)
+        return self.scheme != SERIAL and not is_ip_address(self.host)
 
     @property
     def is_local(self) -> bool:
@@ -145,7 +145,7 @@ def _host(scheme: str, text: str) -> str:
     host = text.removeprefix("[").removesuffix("]")
     if host == "localhost" or (not host and scheme in LISTENERS):
         return LOOPBACK
-    if _is_number(host):
+    if is_ip_address(host):
         if scheme == "udpbcast" and ip_address(host).version == 6:
             raise ValueError(f"{host!r}: IPv6 has no broadcast addresses")
         return host
@@ -154,14 +154,6 @@ def _host(scheme: str, text: str) -> str:
     if "[" in text or not _NAME.fullmatch(host) or host.replace(".", "").isdecimal():
         raise ValueError(f"{host!r} is not an address or the name of a computer")
     return host
-
-
-def _is_number(host: str) -> bool:
-    try:
-        ip_address(host)
-    except ValueError:
-        return False
-    return True
 
 
 def _port(text: str) -> int:

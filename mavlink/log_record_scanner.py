@@ -2,6 +2,7 @@
 
 import mmap
 import re
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 HEAD = 3  # bytes that records of both formats begin with; fewer at the end of a file are the rest of one
@@ -75,6 +76,25 @@ class RecordScanner:
 
     def _continues(self, end: int) -> bool:
         return self._size - end < HEAD or self._definitions.length_at(end) > 0
+
+
+class RecordLog:
+    """A file of records, and how far it has been read.
+
+    position: bytes read so far. lost: bytes outside of records, and of those that are damaged. records: number of whole
+    ones.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.size = path.stat().st_size
+        self.position = self.lost = self.records = 0
+        self.first_lost = -1
+
+    def note_progress(self, scanner: RecordScanner, damaged: int) -> None:
+        """Take what a scanner has read, of which `damaged` bytes are records that cannot be right."""
+        self.position, self.lost, self.records = scanner.position, scanner.lost + damaged, scanner.records
+        self.first_lost = scanner.first_lost
 
 
 class RecordTimes:

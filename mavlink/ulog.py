@@ -10,9 +10,8 @@ import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
-from mavlink.log_record_scanner import LogRecord, RecordScanner, RecordTimes
+from mavlink.log_record_scanner import LogRecord, RecordLog, RecordScanner, RecordTimes
 
 MAGIC = b"ULog\x01\x12\x35"
 BEGIN = struct.Struct("<7sBQ")  # magic, version, µs at the start
@@ -46,14 +45,8 @@ class _Topic:
     longest: int
 
 
-class ULog:
-    """A ULog file; see `DataFlash`."""
-
-    def __init__(self, path: Path):
-        self.path = path
-        self.size = path.stat().st_size
-        self.position = self.lost = self.records = 0
-        self.first_lost = -1
+class ULog(RecordLog):
+    """A ULog file."""
 
     def read(self, names: frozenset[str]) -> Iterator[LogRecord]:
         """The records with these names, in the order of the file; damage is skipped and counted. Raises BadULog."""
@@ -70,7 +63,7 @@ class ULog:
         definitions = _Definitions(data)
         chain = RecordScanner(data, BEGIN.size, definitions)
         while (start := chain.find_next_record()) >= 0:
-            self._note(chain, damaged)
+            self.note_progress(chain, damaged)
             kind, content = data[start + 2 : start + 3], data[start + HEAD.size : chain.position]
             if kind == b"D":
                 topic = definitions.topics[content[0] | content[1] << 8]
@@ -89,11 +82,7 @@ class ULog:
             else:
                 damaged += chain.position - start
                 chain.note_damage(start)
-        self._note(chain, damaged)
-
-    def _note(self, chain: RecordScanner, damaged: int) -> None:
-        self.position, self.lost, self.records = chain.position, chain.lost + damaged, chain.records
-        self.first_lost = chain.first_lost
+        self.note_progress(chain, damaged)
 
 
 _SYNCHRONIZED = re.compile(re.escape(HEAD.pack(len(SYNC), ord("S")) + SYNC))

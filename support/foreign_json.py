@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+from support.diagnostics import LocatedError
 from support.number_parsing import parse_number
 
 
@@ -15,3 +16,11 @@ def load_json(text: str) -> Any:
         return json.loads(text, parse_int=parse_number)
     except RecursionError:
         raise ValueError("it is nested too deep") from None
+
+
+def load_json_of_file(text: str, name: str, error: type[LocatedError]) -> Any:
+    """The value of the JSON of a file. Raises `error` that names it."""
+    try:
+        return load_json(text)
+    except ValueError as wrong:
+        raise error(f"not JSON: {wrong}", name) from None

@@ -2,6 +2,8 @@
 
 import re
 
+from support.diagnostics import LocatedError
+
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)\b", re.IGNORECASE)
 
 
@@ -56,3 +58,11 @@ def leading_numbers(text: str) -> list[float]:
 def clamp_magnitude(value: float, limit: float) -> float:
     """The value, limited to between -`limit` and `limit`."""
     return -limit if value < -limit else limit if value > limit else value
+
+
+def number_at(word: str, where: str, error: type[LocatedError]) -> float:
+    """The number that a word of a file is. Raises `error` that names its place."""
+    try:
+        return float(parse_number(word.strip()))
+    except ValueError:
+        raise error(f"{word.strip()!r:.40} is not a number", where) from None

@@ -9,8 +9,8 @@ from mavlink.missions.enums import MissionCommand
 from mavlink.missions.item import DEGREES, WITHOUT_POSITION, Item
 from mavlink.modes import Flavor, VehicleKind
 from support.diagnostics import LocatedError
-from support.foreign_json import load_json
-from support.number_parsing import parse_number
+from support.foreign_json import load_json_of_file
+from support.number_parsing import number_at
 
 HEADER = "QGC WPL"
 VERSION = 110
@@ -67,10 +67,7 @@ def write_waypoints(items: Sequence[Item]) -> str:
 
 def read_qgc_plan(text: str, name: str) -> MissionFile:
     """The items of a .plan file, those of surveys included. Raises MissionFileError naming file and item."""
-    try:
-        root = load_json(text)
-    except ValueError as error:
-        raise MissionFileError(f"not JSON: {error}", name) from None
+    root = load_json_of_file(text, name, MissionFileError)
     if not isinstance(root, dict) or cast(Any, root).get("fileType") != "Plan":
         raise MissionFileError("is not a plan of QGroundControl (fileType is not Plan)", name)
     mission = _part(cast(Any, root), "mission", name)
@@ -130,7 +127,7 @@ def _read_row(line: str, where: str) -> tuple[Item, tuple[float, float]]:
     words = line.split()
     if len(words) != COLUMNS:
         raise MissionFileError(f"{len(words)} columns instead of {COLUMNS}", where)
-    values = [_number_of_word(word, where) for word in words]
+    values = [number_at(word, where, MissionFileError) for word in words]
     frame, command = (_whole(value, where) for value in values[2:4])
     item = _item(frame, command, values[4:8], values[8], values[9], values[10], where)
     return item._replace(autocontinue=int(values[11] != 0)), (values[8], values[9])
@@ -208,13 +205,6 @@ def _number(value: object, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise MissionFileError(f"{value!r:.40} is not a number", where)
     return float(value)
-
-
-def _number_of_word(word: str, where: str) -> float:
-    try:
-        return float(parse_number(word))
-    except ValueError:
-        raise MissionFileError(f"{word!r:.40} is not a number", where) from None
 
 
 def _whole(value: float, where: str) -> int:

@@ -4,9 +4,9 @@ import errno
 import os
 import socket
 from contextlib import suppress
-from ipaddress import ip_address
 from typing import Any, Protocol
 
+from imc.discovery import is_ip_address
 from runtime.udp_sockets import bind_udp_socket
 
 MOST_AT_ONCE = 4096  # bytes that are read before other handlers have their turn
@@ -154,7 +154,7 @@ class TcpServerAddress:
 
     @property
     def unresolved_host(self) -> str:
-        return "" if _is_number(self._host) else self._host
+        return "" if is_ip_address(self._host) else self._host
 
     def open(self, number: str) -> "TcpConnection":
         host = number or self._host
@@ -239,7 +239,7 @@ class UdpSocket:
 
     @property
     def unresolved_host(self) -> str:
-        return "" if self._to is None or _is_number(self._to[0]) else self._to[0]
+        return "" if self._to is None or is_ip_address(self._to[0]) else self._to[0]
 
     def open(self, number: str) -> "UdpConnection":
         try:
@@ -319,11 +319,3 @@ def resolve_host(host: str) -> str | OSError:
         return str(socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][4][0])
     except OSError as error:
         return OSError(f"{host}: {error.strerror or error}")
-
-
-def _is_number(host: str) -> bool:
-    try:
-        ip_address(host)
-    except ValueError:
-        return False
-    return True

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, cast
 from xml.sax.saxutils import escape
 
 from autonomy.plans.yaml import PlanFileError
-from support.foreign_json import load_json
+from support.foreign_json import load_json_of_file
 from support.located_xml import Element, parse_xml_tree
-from support.number_parsing import parse_number
+from support.number_parsing import number_at
 
 MOST = 4096  # points
 NEAR_GROUND = "relativeToGround"
@@ -58,10 +58,7 @@ def read_gpx(text: str, name: str) -> Route:
 
 def read_geojson(text: str, name: str) -> Route:
     """The one LineString of a GeoJSON file (RFC 7946), or else its points in order. Raises PlanFileError."""
-    try:
-        root = load_json(text)
-    except ValueError as error:
-        raise PlanFileError(f"not JSON: {error}", name) from None
+    root = load_json_of_file(text, name, PlanFileError)
     lines, points, areas = list[Route](), Route(), 0
     for kind, coordinates, where in _geometries(root, name):
         if kind == "LineString":
@@ -150,7 +147,7 @@ def _point(lat: float, lon: float, altitude: float | None, where: str, *, above_
 
 def _kml_points(element: Element, mode: str) -> Iterator[RoutePoint]:
     for words in element.text.split():
-        numbers = [_number(word, element.where) for word in words.split(",")]
+        numbers = [number_at(word, element.where, PlanFileError) for word in words.split(",")]
         if len(numbers) not in (2, 3):
             raise PlanFileError(f"{words!r:.40} is not longitude,latitude[,altitude]", element.where)
         altitude = numbers[2] if len(numbers) == 3 and mode in (NEAR_GROUND, "absolute") else None
@@ -158,8 +155,10 @@ def _kml_points(element: Element, mode: str) -> Iterator[RoutePoint]:
 
 
 def _gpx_point(element: Element) -> RoutePoint:
-    lat, lon = (_number(element.require(key), element.where) for key in ("lat", "lon"))
-    heights = [_number(child.text, child.where) for child in element.children if _local(child) == "ele"]
+    lat, lon = (number_at(element.require(key), element.where, PlanFileError) for key in ("lat", "lon"))
+    heights = [
+        number_at(child.text, child.where, PlanFileError) for child in element.children if _local(child) == "ele"
+    ]
     return _point(lat, lon, heights[0] if heights else None, element.where)
 
 
@@ -198,13 +197,6 @@ def _list(value: object, where: str) -> list[Any]:
     if not isinstance(value, list):
         raise PlanFileError("expected a list", where)
     return cast(list[Any], value)
-
-
-def _number(word: str, where: str) -> float:
-    try:
-        return float(parse_number(word.strip()))
-    except ValueError:
-        raise PlanFileError(f"{word.strip()!r:.40} is not a number", where) from None
 
 
 def _xml(text: str, name: str, text_of: Sequence[str]) -> Element:
