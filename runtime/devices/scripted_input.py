@@ -7,7 +7,6 @@ from typing import NamedTuple, cast
 from runtime.kernel import SECOND, nanoseconds
 
 PORTION = 64  # bytes of a recording without times that arrive at once
-SOCKET_SPEED = 1e6  # bytes/s of a recording without times, on a socket
 
 InputScript = bytes | str | Path | Iterable[tuple[float, bytes | str | None]]
 """What a device sends: bytes or text at the speed of the line, a file of such, or portions with their times.

@@ -96,20 +96,6 @@ def run_on_vehicle(
     return _finish(run())
 
 
-def run_on_namesakes(
-    name: str, connection: Mapping[str, Any], act: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, T]]
-) -> T:
-    """The same also where several vehicles have this name or its id, for what concerns all of them; says so."""
-
-    async def find(network: Network) -> T:
-        system = await network.find_system(name, takes_clash=True)
-        if system.conflict_text:
-            click.echo(printable(f"{system.name}: {system.conflict_text}"), err=True)
-        return await act(AsyncRemoteVehicle(network, system))
-
-    return run_on_network(connection, find)
-
-
 def _finish(task: Coroutine[Any, Any, T]) -> T:
     try:
         return asyncio.run(task)
