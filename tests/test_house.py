@@ -44,8 +44,9 @@ OPEN = {  # modules that are imported as they are
     *(f"shoal.logs.export.{form}" for form in ("mcap", "netcdf", "parquet", "csv", "llf")),  # need their libraries
     *("shoal.logs.edit.mcap_import", "shoal.logs.edit.tlog_import", "shoal.logs.edit.flight_log_import"),
     "tasks.vision.mug_detector",
-    "runtime.vehicle.vehicle",  # its file's name ends what is shown of a traceback
+    "runtime.vehicle.vehicle",  # files whose frames a traceback leaves out
     "runtime.kernel.kernel",
+    "runtime.kernel.event_queue",
 }
 TASKS = all_tasks()
 DUNES_NAMES = ROOT / "runtime" / "profile" / "dune_section_names.py"

@@ -1,17 +1,18 @@
-"""One queue of events, ordered by time, then by arrival, and the clock that it runs on."""
+"""Runs one queue of events on a clock."""
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
-from heapq import heapify, heappop, heappush
+from collections.abc import Callable
+from heapq import heappop
 from typing import Any
 
 from runtime.kernel.clock import SECOND, Clock
 from runtime.kernel.errors import LivelockError, raise_error, to_ordinary_exception, warn_slow
+from runtime.kernel.event_queue import EventQueue
 from runtime.kernel.observer import KernelObserver
 from runtime.kernel.selector import WatchedSources
-from runtime.kernel.stalls import PUNCTUAL, StallRecord, postpone_timeouts
-from runtime.kernel.timer import Readable, Timer, handler_name, owner_of
+from runtime.kernel.stalls import PUNCTUAL, postpone_timeouts
+from runtime.kernel.timer import Readable, Timer, handler_name
 
 LIVELOCK_EVENTS = 100_000
 LIVELOCK_PATIENCE = 5 * SECOND  # on a wall clock, a queue that has not been empty for this long may be a livelock
@@ -20,15 +21,12 @@ POLL_PERIOD = SECOND // 1000  # on a wall clock, sockets are polled this often e
 DEEPEST_CHAIN = 64  # calls, each caused by the one before, that are made before timers and sockets have their turn
 LONGEST_MOMENT = SECOND // 5  # of real time; a clock that waits for an empty queue passes on then, as in a flood
 LONG_CALL = SECOND // 1000  # ns, after which the processor time of a call is measured
-FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
 
 
-class Kernel:
+class Kernel(EventQueue):
     """Runs all handlers on one thread, one at a time, each to its end.
 
-    `soon` appends a call to those that are due now; `at` schedules it for a time (integer nanoseconds since 1970).
-    Calls that are due at the same time run in the order in which they were requested. `post` is the only thread-safe
-    method.
+    `post` is the only thread-safe method.
 
     `on_error(owner, exception)` is called when a call raises: it either handles the exception or raises, which ends the
     run. On a wall clock, `on_slow(owner, seconds, handler)` reports a call that used the processor for longer than
@@ -40,99 +38,22 @@ class Kernel:
 
     def __init__(self, clock: Clock, *, slow: float = 0.1):
         self.clock = clock
-        self.virtual = clock.virtual
+        super().__init__(clock.read(), virtual=clock.virtual)
         self.slow_ns = int(slow * SECOND)
-        self.set_now(clock.read())
         self.events = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = raise_error
         self.on_slow: Callable[[object, float, str], None] = warn_slow
         self.observers: list[KernelObserver] = []
-        self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
-        self.enqueue = self._due.append  # of (function, args): `soon` without a call, for the bus
-        self._later: list[tuple[int, int, Timer]] = []
-        self._sweep_at = FEW_TIMERS
-        self._arrivals = 0
         self._posted: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
-        self._put_off: list[tuple[int, Callable[[], object]]] = []
         self._stopping = False
         self._sources = WatchedSources()
         self._poll_next = 0
         self._busy = 0
         self._idle_at = self.now_ns
         self._emptied = time.monotonic_ns()
-        self.stalls = StallRecord()
         self._stalled = False  # in this turn
         self._gathered = self.now_ns  # since when the calls in the queue are due, at the latest
-
-    def set_now(self, time_ns: int) -> None:
-        """Set the present time; `now` is the same in seconds."""
-        self.now_ns, self.now = time_ns, time_ns / SECOND
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether nothing else is due now."""
-        return not self._due
-
-    def timers(self) -> list[Timer]:
-        """All pending timers, in the order in which they will be called."""
-        due = [args[0] for _, args in self._due if args and isinstance(args[0], Timer)]
-        later = [timer for _, _, timer in sorted(self._later, key=lambda e: e[:2])]
-        return [timer for timer in (*due, *later) if timer.function is not None]
-
-    def replace_timers(self, timers: Iterable[Timer]) -> None:
-        """Replace all pending calls by these timers; those of the same time run in this order."""
-        self.clear()
-        for timer in timers:
-            self._arrivals += 1
-            heappush(self._later, (timer.time, self._arrivals, timer))
-
-    def pop_due(self, owner: object) -> Timer | None:
-        """Take the next timer of `owner` that is due now out of the queue."""
-        self._gather()
-        for entry in self._due:
-            if self._owner(*entry) is owner and entry[1] and isinstance(timer := entry[1][0], Timer) and timer.function:
-                self._due.remove(entry)
-                return timer
-        return None
-
-    def clear(self) -> None:
-        """Drop all pending calls."""
-        self._due.clear()
-        self._later.clear()
-        self._put_off.clear()
-
-    def soon(self, function: Callable[..., object], *args: Any) -> None:
-        self._due.append((function, args))
-
-    def at(self, time_ns: int, function: Callable[..., object], *args: Any) -> Timer:
-        timer = Timer(time_ns, function, args)
-        self.schedule_timer(timer, time_ns)
-        return timer
-
-    def schedule_timer(self, timer: Timer, time_ns: int) -> None:
-        """Schedule a timer that is not pending, such as one whose call is being made."""
-        now, later = self.now_ns, self._later
-        self._arrivals += 1
-        if time_ns == now or (time_ns < now and self.virtual):  # else it is overdue, and waits for the next turn
-            timer.time = now
-            self._due.append((self._fire, (timer,)))
-        else:
-            timer.time = time_ns = time_ns if time_ns > now else now
-            heappush(later, (time_ns, self._arrivals, timer))
-            if len(later) > self._sweep_at:
-                self._sweep()
-
-    def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
-        time_ns = self.now_ns + round(seconds * SECOND)
-        timer = Timer(time_ns, function, args)
-        timer.stalled = self.stalls.total
-        self.schedule_timer(timer, time_ns)
-        return timer
-
-    def after_or_idle(self, seconds: float, function: Callable[[], object]) -> None:
-        """Call `function` after so many seconds, or as soon as there is nothing else to do. Not on a virtual clock."""
-        self._put_off.append((self.now_ns + round(seconds * SECOND), function))
 
     def post(self, function: Callable[..., object], *args: Any) -> None:
         """Request a call from any thread."""
@@ -353,32 +274,9 @@ class Kernel:
             self._poll_next = now + POLL_PERIOD
             self._poll(0)
 
-    def _gather(self) -> None:
-        """Move the timers that are due to the queue."""
-        later, put_off, now, enqueue, fire = self._later, self._put_off, self.now_ns, self.enqueue, self._fire
-        if put_off:
-            self._due.extend((function, ()) for time_ns, function in put_off if time_ns <= now)
-            put_off[:] = [entry for entry in put_off if entry[0] > now]
-        while later and later[0][0] <= now:
-            enqueue((fire, (heappop(later)[2],)))
-
     def _poll(self, timeout: float) -> None:
         self._due.extend((self._fire, (timer,)) for timer in self._sources.wait(timeout))
-
-    def _sweep(self) -> None:
-        """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""
-        self._later[:] = [entry for entry in self._later if entry[2].function is not None]
-        heapify(self._later)
-        self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))
 
     def _admit(self) -> None:
         for _ in range(len(self._posted)):
             self._due.append(self._posted.popleft())
-
-    def _fire(self, timer: Timer) -> None:
-        timer.queued = False
-        if timer.function is not None:
-            timer.function(*timer.args)
-
-    def _owner(self, function: Callable[..., object], args: tuple[Any, ...]) -> object:
-        return args[0].owner if args and isinstance(args[0], Timer) else owner_of(function)

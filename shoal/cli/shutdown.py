@@ -10,14 +10,14 @@ from collections.abc import Callable, Generator
 from types import FrameType
 from typing import NoReturn
 
-from runtime.kernel import Watchdog, kernel
+from runtime.kernel import Watchdog, event_queue, kernel
 from runtime.vehicle import Vehicle
 from runtime.vehicle import vehicle as vehicle_module
 
 STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
 SAME_STOP = 1.0  # s
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-OWN_FILES = (kernel.__file__, vehicle_module.__file__)
+OWN_FILES = (kernel.__file__, event_queue.__file__, vehicle_module.__file__)
 
 
 @contextlib.contextmanager

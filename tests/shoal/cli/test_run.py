@@ -88,7 +88,7 @@ def test_a_failing_task_ends_a_simulation_with_its_own_traceback(tmp_path):
     assert done.returncode == 1
     assert "too deep for me" in done.stderr
     assert "in faulty.Faulty at" in done.stderr
-    assert "kernel.py" not in done.stderr
+    assert "runtime/kernel" not in done.stderr
 
 
 @pytest.mark.heavy
