@@ -8,12 +8,14 @@ from support.rotations import Vector
 
 RISEN = 0.3  # m above the deepest depth; a vehicle that has risen by this much with its motor rises
 RISES = 0.5  # m in the time that buoyancy has; one that rises more slowly needs its motor
+RISES_BY_SPEED = 0.4  # m of it by the vertical speed: a depth in feet shows three times the way
 SETTLED = 2.0  # s without a greater depth, after which a vehicle no longer dives
 ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
+BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
 HELP_PATIENCE = 25.0  # s that help may take for RISEN
 PAUSE = 60.0  # s between two attempts ahead
 UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
@@ -33,7 +35,8 @@ class AscentMonitor:
 
     `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` says that
     the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
-    the next one is `astern`, since fins that are stuck may point the vehicle down. A heavy vehicle whose depth is that
+    the next one is `astern`, since fins that are stuck may point the vehicle down. `pitch_faulty` says that the pitch
+    contradicts the depth, so that fins are better turned by the depth. A heavy vehicle whose depth is that
     of the surface, but whose GPS has no fix there, gets help in spells: the depth may be wrong.
     """
 
@@ -43,6 +46,7 @@ class AscentMonitor:
     heavy: bool = False
     failed: bool = False
     astern: bool = False
+    pitch_faulty: bool = False
 
     def __post_init__(self) -> None:
         self._depth = self._extreme = self._begun = -math.inf
@@ -50,6 +54,8 @@ class AscentMonitor:
         self._afloat: float | None = None
         self._doubted: float | None = None
         self._climbs, self._floats, self._bowed = False, False, math.inf
+        self._sinks = math.inf
+        self._risen, self._updated = 0.0, math.nan
 
     @property
     def share(self) -> float:
@@ -66,13 +72,20 @@ class AscentMonitor:
         """The vehicle is controlled by others at the time `now` (s)."""
         self.helping, self._extreme, self._since, self._afloat = False, -math.inf, now, None
         self._doubted, self._climbs, self._floats = None, False, False
+        self._risen, self._updated = 0.0, math.nan
+        self.pitch_faulty = False
 
-    def update(self, now: float, depth: float, surfaced: bool, unfixed: bool = False) -> None:
+    def update(
+        self, now: float, depth: float, surfaced: bool, unfixed: bool = False, rising: float | None = None
+    ) -> None:
         """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth.
 
-        `unfixed` says that GPS, which has had fixes, has none now.
+        `unfixed` says that GPS, which has had fixes, has none now. `rising` is the vertical speed upward (m/s), None if
+        it is unknown: a vehicle rises if depth and speed say so.
         """
-        self._depth = depth
+        if not math.isnan(self._updated):
+            self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
+        self._depth, self._updated = depth, now
         shallow = depth <= self.surface - (ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced and (self.heavy or depth < IN_THE_AIR):
             self._climb(now, depth)
@@ -95,8 +108,15 @@ class AscentMonitor:
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
             self._depth, self._since, self.astern = depth, now, False
 
-    def record_pitch(self, now: float, pitch: float, pitching: float) -> None:
-        """End help that turns the bow (rad, rad/s) farther down, as fins do that are jammed."""
+    def record_pitch(self, now: float, pitch: float, pitching: float, rising: float = 0.0) -> None:
+        """End help that turns the bow (rad, rad/s) farther down, as fins do that are jammed.
+
+        `rising` is the speed upward by the depth (m/s), 0 if it is unknown: where the vehicle sinks with its bow up and
+        its motor on, the pitch is wrong.
+        """
+        sinks = self.helping and not self.astern and pitch > BOW_UP and rising < SINKING
+        self._sinks = min(self._sinks, now) if sinks else math.inf
+        self.pitch_faulty |= now - self._sinks > SINKING_TIME
         dives = self.helping and not self.astern and pitch < BOW_DOWN and pitching < 0.0
         self._bowed = min(self._bowed, now) if dives else math.inf
         if now - self._bowed <= BOW_TIME:
@@ -136,9 +156,9 @@ class AscentMonitor:
     def _wait(self, now: float, depth: float) -> None:
         """Wait for buoyancy, longer where a dive had to end first; one that was too heavy gets help as it sinks."""
         if depth > self._extreme:
-            self._extreme, self._deepest = depth, now
-        if depth < self._extreme - RISES:
-            self._extreme, self._since, self._deepest = depth, now, now
+            self._extreme, self._deepest, self._risen = depth, now, 0.0
+        if depth < self._extreme - RISES and self._risen > RISES_BY_SPEED:
+            self._extreme, self._since, self._deepest, self._risen = depth, now, now, 0.0
         sinks = self.heavy and self._afloat is not None and depth > self.surface
         begins = SETTLED < now - self._deepest <= self.delay
         if (sinks or (now - self._since > self.delay and not begins)) and now >= self._paused:
@@ -147,8 +167,9 @@ class AscentMonitor:
             self._since = now
 
     def _fail(self, now: float) -> None:
+        faulty = self.pitch_faulty
         self.reset(now)
-        self.failed, self.astern = True, not self.astern
+        self.failed, self.astern, self.pitch_faulty = True, not self.astern, faulty
         self._paused = now if self.astern else now + PAUSE
         self._since = now - self.delay
 

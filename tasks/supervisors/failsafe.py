@@ -106,7 +106,7 @@ class Failsafe(Task):
         self._rates: Vector = (0.0, 0.0, 0.0)
         self._felt = self._measured = self._fixed = self._estimated = self._surfaced = -math.inf
         self._floats = False
-        self._estimated_depth = -math.inf
+        self._estimated_depth, self._estimated_rising = -math.inf, 0.0
         self._rising, self._ascending, self._reported = 0.0, False, False
         self._missed: dict[str, int] = {}
         self._loops = self._scope = 0
@@ -143,9 +143,9 @@ class Failsafe(Task):
 
     @consume
     def record_estimated_depth(self, state: imc.EstimatedState) -> None:
-        """Use the estimate where the sensor is silent: it continues with the vertical speed."""
-        if math.isfinite(state.depth):
-            self._estimated, self._estimated_depth = self.now, state.depth
+        """Use the estimate where the sensor is silent, and its vertical speed where the sensor is wrong."""
+        if math.isfinite(state.depth) and math.isfinite(state.vz):
+            self._estimated, self._estimated_depth, self._estimated_rising = self.now, state.depth, -state.vz
 
     @consume
     def record_fix(self, fix: imc.GpsFix) -> None:
@@ -254,7 +254,8 @@ class Failsafe(Task):
             # Deep, with fixes, and the motor changes nothing: the depth drifts, and the vehicle is at the surface.
             self._floats |= self.age(self._surfaced) > STEADY and ascent.has_stalled(now, STEADY)
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
-            ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT)
+            rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
+            ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT, rising)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:
@@ -287,14 +288,17 @@ class Failsafe(Task):
             self._rates = measured.x, measured.y, measured.z
 
     def _ascend(self) -> None:
-        """Steer by the attitude, else by the depth."""
+        """Steer by the attitude, else by the depth, which is also what counts where they contradict each other."""
         if not self._ascending:
             return
         ascent, fins = self._ascent, [0.0] * CROSS
-        if self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, (*self._angles, *self._rates))):
-            ascent.record_pitch(self.now, self._angles[1], self._rates[1])
+        measured = self.now - self._measured < DEPTH_TIMEOUT
+        felt = self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, (*self._angles, *self._rates)))
+        if felt:
+            ascent.record_pitch(self.now, self._angles[1], self._rates[1], self._rising if measured else 0.0)
+        if felt and not (ascent.pitch_faulty and measured):
             fins = ascent_fins(self._angles, self._rates, math.radians(self.ascent_pitch), LARGEST_DEFLECTION)
-        elif self.now - self._measured < DEPTH_TIMEOUT:
+        elif measured:
             fins = blind_ascent_fins(self._rising, LARGEST_DEFLECTION)
         self._command(self.ascent_thrust * ascent.share, [0.0] * CROSS if ascent.astern else fins)
         self.after(ASCENT_PERIOD, self._ascend)

@@ -48,6 +48,20 @@ def test_a_vehicle_that_rises_by_less_than_half_a_meter_in_that_time_gets_help()
     assert not watch(lambda t: 10.0 - 0.03 * t, 25.0).helping
 
 
+def test_a_vehicle_whose_depth_alone_rises_gets_help():
+    def helped(depth, rising):
+        monitor = AscentMonitor(0.3, 20.0)
+        monitor.reset(0.0)
+        for tick in range(100):
+            monitor.update(0.25 * tick, 30.0 - depth * 0.25 * tick, False, False, rising)
+        return monitor.helping
+
+    assert helped(0.027, 0.008), "the depth is in feet"
+    assert not helped(0.06, 0.06)
+    assert not helped(0.06, None), "no vertical speed is known"
+    assert helped(0.0, 0.06)
+
+
 def test_help_that_brings_nothing_goes_astern_and_then_pauses():
     monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
     assert monitor.failed
@@ -68,6 +82,25 @@ def test_help_that_turns_the_bow_down_ends_at_once():
     assert turned(-0.4, -0.1).astern
     for pitch, pitching in ((-0.4, 0.1), (-0.1, -0.1), (0.3, 0.0)):
         assert not turned(pitch, pitching).astern
+
+
+def test_a_pitch_up_with_which_the_vehicle_sinks_is_wrong():
+    def judged(pitch, rising, seconds=6.0):
+        monitor = watch(lambda t: 10.0, 21.0)
+        for tick in range(round(10 * seconds)):
+            monitor.record_pitch(21.0 + 0.1 * tick, pitch, 0.0, rising)
+        return monitor
+
+    assert judged(0.3, -0.2).pitch_faulty
+    assert not judged(0.3, -0.2, 3.0).pitch_faulty, "it may still be sinking"
+    for pitch, rising in ((0.3, 0.1), (0.3, 0.0), (0.0, -0.2)):
+        assert not judged(pitch, rising).pitch_faulty
+    monitor = judged(0.3, -0.2)
+    watch(lambda t: 10.0 + 0.1 * t, 30.0, monitor, begin=27.0)
+    assert monitor.failed
+    assert monitor.pitch_faulty, "an attempt that fails makes it no better"
+    monitor.reset(60.0)
+    assert not monitor.pitch_faulty
 
 
 def climb(monitor, bottom, drift, seconds, *, unfixed=True, sinks=0.1):

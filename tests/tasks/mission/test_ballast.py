@@ -9,7 +9,7 @@ from flying import goto, plan_of
 from lean import BLIND
 
 import imc
-from tests.tasks.mission.lies import DEEP, DEPTH, FAULT, Flight, Mode, all_of, lies
+from tests.tasks.mission.lies import AHRS, DEEP, DEPTH, FAULT, Flight, Mode, all_of, lies
 from tests.tasks.mission.underway import underway
 
 pytestmark = [pytest.mark.heavy, pytest.mark.computing]
@@ -66,6 +66,22 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_that_of_the_
     assert max(flight.depths) < 25.0
     assert max(flight.depths[-3000:]) < 1.6
     assert min(flight.depths[-3000:]) < 0.3
+
+
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_shows_three_times_its_way(fly, tmp_path):
+    """With 0.18 kg it rises by 0.8 cm/s, which a depth in feet shows as 2.7."""
+    feet = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth * 3.2808))
+    flight = fly(tmp_path, all_of(ballast(0.18), feet), 100.0)
+    assert max(flight.depths) > 4.0
+    assert max(flight.depths[-1000:]) < 1.0
+
+
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_pitch_drifts(fly, tmp_path):
+    """A pitch that shows the bow 28° too far up has the fins turn it down."""
+    drifts = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: pitch + min(0.5, 0.01 * t)))
+    flight = fly(tmp_path, all_of(ballast(0.3), drifts), 130.0)
+    assert max(flight.depths) < 16.0
+    assert max(flight.depths[-1000:]) < 1.6
 
 
 def test_fins_that_are_jammed_downward_bring_it_up_astern(fly, tmp_path):
