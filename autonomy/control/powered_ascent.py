@@ -19,6 +19,7 @@ BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch
 HELP_PATIENCE = 25.0  # s that help may take for RISEN
 PAUSE = 60.0  # s between two attempts ahead
 UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
+SANK = 1.0  # m by the vertical speed, of a vehicle whose depth is that of the surface
 CLIMB, CLIMB_TIME = 3.0, 15.0  # m, s: a vehicle under water climbs as far with its motor, even if the depth drifts
 AT_SURFACE = 120.0  # s at the surface without help, after which a vehicle counts as light again
 SLOWEST = 5.0  # s/m, of a vehicle that rises with its motor
@@ -37,7 +38,8 @@ class AscentMonitor:
     the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
     the next one is `astern`, since fins that are stuck may point the vehicle down. `pitch_faulty` says that the pitch
     contradicts the depth, so that fins are better turned by the depth. A heavy vehicle whose depth is that
-    of the surface, but whose GPS has no fix there, gets help in spells: the depth may be wrong.
+    of the surface, but whose GPS has no fix there, gets help in spells: the depth may be wrong. So does one that sinks
+    by its vertical speed, or whose depth has jumped.
     """
 
     surface: float
@@ -55,7 +57,7 @@ class AscentMonitor:
         self._doubted: float | None = None
         self._climbs, self._floats, self._bowed = False, False, math.inf
         self._sinks = math.inf
-        self._risen, self._updated = 0.0, math.nan
+        self._risen, self._updated, self._sank = 0.0, math.nan, False
 
     @property
     def share(self) -> float:
@@ -72,25 +74,34 @@ class AscentMonitor:
         """The vehicle is controlled by others at the time `now` (s)."""
         self.helping, self._extreme, self._since, self._afloat = False, -math.inf, now, None
         self._doubted, self._climbs, self._floats = None, False, False
-        self._risen, self._updated = 0.0, math.nan
+        self._risen, self._updated, self._sank = 0.0, math.nan, False
         self.pitch_faulty = False
 
     def update(
-        self, now: float, depth: float, surfaced: bool, unfixed: bool = False, rising: float | None = None
+        self,
+        now: float,
+        depth: float,
+        surfaced: bool,
+        unfixed: bool = False,
+        rising: float | None = None,
+        jumped: bool = False,
     ) -> None:
         """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth.
 
         `unfixed` says that GPS, which has had fixes, has none now. `rising` is the vertical speed upward (m/s), None if
-        it is unknown: a vehicle rises if depth and speed say so.
+        it is unknown: a vehicle rises if depth and speed say so. `jumped` says that the depth has become less at once.
         """
         if not math.isnan(self._updated):
             self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
         self._depth, self._updated = depth, now
         shallow = depth <= self.surface - (ABOVE if self.helping else 0.0)
-        if shallow and unfixed and not surfaced and (self.heavy or depth < IN_THE_AIR):
-            self._climb(now, depth)
-            return
-        self._doubted, self._climbs = None, False
+        if shallow and unfixed and not surfaced:
+            self._sank |= jumped or self._risen < -SANK
+            if self.heavy or depth < IN_THE_AIR or self._sank:
+                self._climb(now, depth)
+                return
+        self._doubted, self._climbs, self._sank = None, False, False
+        self._risen = 0.0 if surfaced else self._risen
         if surfaced or shallow:
             self._float(now)
         elif self.helping:
@@ -145,11 +156,11 @@ class AscentMonitor:
         if not self._climbs:
             if now >= self._paused and not self._floats:
                 self.helping = self._climbs = True
-                self._begun, self._doubted = depth, now
+                self._begun, self._doubted, self._risen = depth, now, 0.0
         elif now - self._doubted > CLIMB_TIME:
-            self._climbs = self._begun - depth > CLIMB
+            self._climbs = max(self._begun - depth, self._risen) > CLIMB
             self.heavy |= self._climbs
-            self._begun, self._doubted = depth, now
+            self._begun, self._doubted, self._risen = depth, now, 0.0
             if not self._climbs:
                 self.helping, self._paused, self._floats = False, now + PAUSE, not self.heavy
 

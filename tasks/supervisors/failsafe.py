@@ -23,6 +23,7 @@ CROSS = 4  # fins: below, port, starboard, above
 DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
 STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
+DEPTH_JUMP = 1.0  # m beyond what motion explains
 SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can be
 COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster coasts for the time at the excess
 ASCENT_PERIOD = 0.1  # s
@@ -108,6 +109,7 @@ class Failsafe(Task):
         self._floats = False
         self._estimated_depth, self._estimated_rising = -math.inf, 0.0
         self._rising, self._ascending, self._reported = 0.0, False, False
+        self._jumped = 0.0
         self._missed: dict[str, int] = {}
         self._loops = self._scope = 0
         self._limit = self._own.deepest
@@ -133,6 +135,8 @@ class Failsafe(Task):
             return  # no measurement
         if self.now > self._measured > -math.inf:
             rate = (self._depth - depth.value) / (self.now - self._measured)
+            if abs(self._depth - depth.value) > DEPTH_JUMP + FASTEST * (self.now - self._measured):
+                self._jumped += depth.value - self._depth
             self._rising += SMOOTHING * (clamp_magnitude(rate, FASTEST) - self._rising)
         self._depth, self._measured = depth.value, self.now
         coasts = COASTS * max(0.0, -self._rising - GENTLY)
@@ -152,7 +156,7 @@ class Failsafe(Task):
         """A receiver with a fix is above the water, unless the depth is far from it."""
         if fix.validity & imc.GpsFix.Validity.VALID_POS and fix.type != imc.GpsFix.Type.MANUAL_INPUT:
             if self.age(self._fixed) > FIX_TIMEOUT:
-                self._surfaced, self._floats = self.now, False
+                self._surfaced, self._floats, self._jumped = self.now, False, 0.0
             self._fixed = self.now
 
     @consume(others=True)
@@ -255,7 +259,8 @@ class Failsafe(Task):
             self._floats |= self.age(self._surfaced) > STEADY and ascent.has_stalled(now, STEADY)
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
-            ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT, rising)
+            jumped = self._jumped < -DEPTH_JUMP
+            ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT, rising, jumped)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:

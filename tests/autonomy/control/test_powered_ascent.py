@@ -141,6 +141,40 @@ def test_a_vehicle_above_the_surface_without_a_fix_climbs_on_until_that_changes_
     assert not climb(AscentMonitor(0.3, 20.0), 10.0, -0.15, 60.0, unfixed=False)[0].count(1.0)
 
 
+def sinks_unseen(speed, jumped, seconds=200.0):
+    """True depths from 5 m on of a vehicle whose depth is that of the surface, and that sinks by a speed (m/s)."""
+    monitor, true, depths = AscentMonitor(0.3, 20.0), 5.0, []
+    monitor.reset(0.0)
+    for tick in range(round(4 * seconds)):
+        rising, fixed = 0.45 if monitor.helping else -speed, true < 0.1
+        monitor.update(0.25 * tick, 0.005, fixed, not fixed, rising, jumped)
+        true = max(0.0, true - 0.25 * rising)
+        depths.append(true)
+    return depths, monitor
+
+
+def test_a_vehicle_that_sinks_by_its_vertical_speed_climbs_although_its_depth_is_that_of_the_surface():
+    depths, monitor = sinks_unseen(0.035, False)
+    assert max(depths) < 9.0
+    assert min(depths) == 0.0
+    assert monitor.heavy
+    depths, monitor = sinks_unseen(0.0, False)
+    assert not monitor.heavy, "it may be at the surface"
+
+
+def test_a_vehicle_whose_depth_has_jumped_to_the_surface_climbs():
+    depths, _ = sinks_unseen(0.0, True)
+    assert depths[-1] < 0.1
+    monitor = AscentMonitor(0.3, 20.0)
+    monitor.reset(0.0)
+    driven = []
+    for tick in range(1200):
+        monitor.update(0.25 * tick, 0.005, False, True, 0.0, True)
+        driven.append(monitor.helping)
+    assert not any(driven[:240]), "it may rise by itself"
+    assert sum(driven) <= 4 * 16, "it is at the surface indeed, where GPS is silent"
+
+
 def test_without_a_depth_it_helps_for_the_time_that_the_last_one_takes():
     monitor = AscentMonitor(0.3, 20.0)
     helping = []

@@ -76,6 +76,14 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_shows_three_tim
     assert max(flight.depths[-1000:]) < 1.0
 
 
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_in_kilometers(fly, tmp_path):
+    """That of 5 m is that of the surface."""
+    kilometers = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth * 0.001))
+    flight = fly(tmp_path, all_of(ballast(0.3), kilometers), 130.0)
+    assert max(flight.depths) > 4.0
+    assert max(flight.depths[-1000:]) < 1.6
+
+
 def test_a_vehicle_that_is_too_heavy_comes_up_although_its_pitch_drifts(fly, tmp_path):
     """A pitch that shows the bow 28° too far up has the fins turn it down."""
     drifts = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: pitch + min(0.5, 0.01 * t)))

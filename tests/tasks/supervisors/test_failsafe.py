@@ -199,6 +199,23 @@ def test_the_motor_stops_at_the_surface_where_a_depth_drifts_on_that_it_does_not
     assert driven(*depths)[-1] > 65.0, "without fixes it tries astern, too"
 
 
+def test_a_depth_that_has_jumped_to_the_surface_is_doubted_where_gps_has_no_fix():
+    fixes = every(imc.GpsFix, 1.0, 2.0, type=imc.GpsFix.Type.STANDALONE, validity=imc.GpsFix.Validity.VALID_POS)
+    dive = [imc.Depth(timestamp=0.5 * k, value=0.2 * k) for k in range(30)]
+
+    def driven(shown):
+        """Times at which the motor runs; `shown` is the depth of a time after 15 s."""
+        later = [imc.Depth(timestamp=0.5 * k, value=shown(0.5 * k - 15.0)) for k in range(30, 360)]
+        options = {"seconds": 180.0, "servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
+        run = guarded(*fixes, *dive, *later, **options)
+        return [m.timestamp - run.vehicle.start_time for m in run.of(imc.SetThrusterActuation) if m.value]
+
+    jumped = driven(lambda t: 0.01)
+    assert 70.0 < jumped[0] < 80.0
+    assert jumped[-1] < 95.0, "it changes nothing"
+    assert not driven(lambda t: 0.01 if t == 5.0 else max(0.01, 6.0 - 0.2 * t)), "a single one, and the way up"
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [("EstimatedStat", "did you mean 'EstimatedState'"), ("EstimatedState: PAHT", "did you mean 'PATH'")],
