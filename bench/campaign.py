@@ -1,7 +1,8 @@
 """Random missions with random faults: does the true vehicle stay off the bottom and come home?
 
 `python bench/campaign.py --missions 300` flies them, prints each failure with its seed, and exits with 1 if there is
-one; `--seed N --missions 1` flies a single one again. Python 3.11 or newer, no extras.
+one; `--seed N --missions 1` flies a single one again, `--profile hexa-00` the next seeds of a profile. Python 3.11 or
+newer, no extras.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import count, islice
 from pathlib import Path
 
 import imc
@@ -60,10 +62,15 @@ class Flight:
     log: list[str] = field(default_factory=list[str])
 
 
+def draw_profile(pick: random.Random) -> str:
+    """The profile of a mission, the first that is drawn."""
+    return pick.choice(PROFILES)
+
+
 def draw(seed: int) -> Mission:
     """The mission of a seed."""
     pick = random.Random(seed)
-    profile = pick.choice(PROFILES)
+    profile = draw_profile(pick)
     overrides = list(LIGHT)
     if profile == AUV:
         overrides.append("Simulators.MUGDetectionCamera:Enabled=Never")
@@ -314,9 +321,11 @@ def fly_all(fly: Callable[[int], Flight], text: str, missions: int) -> int:
     parser.add_argument("--missions", type=int, default=missions)
     parser.add_argument("--seed", type=int, default=1, help="of the first mission")
     parser.add_argument("--processes", type=int, default=multiprocessing.cpu_count())
+    parser.add_argument("--profile", choices=sorted(set(PROFILES)), help="fly only the next seeds that draw this one")
     options = parser.parse_args()
     began, outcomes, flown = time.monotonic(), Counter[str](), Counter[str]()
-    seeds = range(options.seed, options.seed + options.missions)
+    drawn = (seed for seed in count(options.seed) if options.profile in (None, draw_profile(random.Random(seed))))
+    seeds = list(islice(drawn, options.missions))
     with multiprocessing.get_context("spawn").Pool(options.processes) as pool:
         for flight in pool.imap(fly, seeds):
             outcomes[flight.outcome if not flight.violations else "failed"] += 1
@@ -327,7 +336,7 @@ def fly_all(fly: Callable[[int], Flight], text: str, missions: int) -> int:
                 print(*flight.log, sep="\n")
     failed = outcomes["failed"]
     print(f"{platform.machine()}, Python {platform.python_version()}, {time.monotonic() - began:.0f} s, {dict(flown)}")
-    print(f"{options.missions} missions from seed {options.seed}, {failed} failed: {dict(outcomes)}")
+    print(f"{options.missions} missions of seeds {options.seed} to {seeds[-1]}, {failed} failed: {dict(outcomes)}")
     return 1 if failed else 0
 
 
