@@ -91,7 +91,12 @@ class AerialHeight:
         return fault
 
     def correct_by_gps(self, now: float, above_reference: float, variance: float) -> None:
-        """Compare with a height by GPS (m above the reference) of a variance (m²), or correct by it alone."""
+        """Compare with a height by GPS (m above the reference) of a variance (m²), or correct by it alone.
+
+        One that is unknown, NaN, neither agrees nor disagrees.
+        """
+        if math.isnan(above_reference):
+            return
         above = above_reference + self.filter.position[0]
         alone = now - self.pressed > self.timeout
         off = above - self._offset if alone else above

@@ -19,6 +19,7 @@ from autonomy.navigation import (
     Reason,
     SampleMean,
     StuckDetector,
+    assume_height,
     ground_velocity,
     has_plausible_position,
     horizontal_variance,
@@ -52,7 +53,7 @@ class Navigation(Task):
     Attitude is that of the attitude reference. Positions and velocities are those of Kalman filters, driven by
     accelerations and corrected horizontally by fixes and vertically by the barometer. It starts while the vehicle
     stands still: the reference is the mean of the last fixes until then, and stays when the task restarts, which may be
-    in the air. `alt` is the height above the reference, since there is no altimeter; `depth` is -1.
+    in the air. A fix of unknown height corrects the position. `alt` is above the reference; `depth` is -1.
     """
 
     execution_frequency: float = param(20.0, "Hz", "Rate of EstimatedState.", minimum=1, maximum=100)
@@ -145,12 +146,10 @@ class Navigation(Task):
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             return
-        reason = self._fix_gate.reject_reason(fix)
-        if (
-            reason is Reason.LOST_VAL_BIT
-            or not has_plausible_position(fix)
-            or self._fix_noise.update(fix.lat + fix.lon)
-        ):
+        placed = assume_height(fix, 0.0)  # position and height are used apart
+        reason = self._fix_gate.reject_reason(placed)
+        lost = reason is Reason.LOST_VAL_BIT or not has_plausible_position(placed)
+        if lost or self._fix_noise.update(fix.lat + fix.lon):
             reason = Reason.INVALID
         elif not fix.hacc <= self.largest_hacc:
             reason = Reason.ABOVE_MAX_HACC
@@ -175,7 +174,7 @@ class Navigation(Task):
         self._update_entity_state()
 
     def _prepare(self, fix: imc.GpsFix | None) -> None:
-        if fix is not None:
+        if fix is not None and (self._site or math.isfinite(fix.height)):  # the reference needs a height
             self._first.append(fix)
             del self._first[: -self.initial_fixes]
         height = self._height.barometer.mean
@@ -323,7 +322,8 @@ class Navigation(Task):
         """Set the state of the entity."""
         now = self.now
         if self._reference is None:
-            missing = "GPS fix" if len(self._first) < self._needed else "attitude and pressure"
+            lacks = "height" if self.age(self._fixed) <= self.gps_timeout and not self._first else "fix"
+            missing = f"GPS {lacks}" if len(self._first) < self._needed else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif self.age(self._oriented) > self.euler_timeout:
             why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)

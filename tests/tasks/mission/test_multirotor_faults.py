@@ -1,12 +1,13 @@
 """Faults of the profile hexa-00 in the air that leave it without a barometer, or without power for a moment."""
 
+import math
 from functools import cache
 
 import pytest
 
 import imc
 from runtime.fault_injection import Crash, FaultInjector
-from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, before, lies
+from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, Mode, before, lies
 
 pytestmark = pytest.mark.heavy
 
@@ -55,3 +56,10 @@ def test_a_multirotor_whose_power_fails_for_a_second_again_and_again_does_not_fl
     flight = fly(tmp_path, inject, "hexa-00", 200.0)
     assert -min(flight.depths) < 40.0
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_multirotor_whose_receiver_does_not_know_the_height_flies_its_plan_by_its_fixes(fly, tmp_path):
+    flight = fly(tmp_path, lies(GPS, imc.GpsFix, ("height", math.nan)), "hexa-00", 60.0)
+    assert set(flight.modes) == {Mode.MANEUVER}
+    assert flight.astray < 2.0
+    assert flight.wrong_depth < 1.0

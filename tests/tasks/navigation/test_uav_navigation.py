@@ -153,13 +153,30 @@ def test_fixes_that_contradict_are_believed_when_they_go_on():
 def test_fixes_that_are_none_are_refused_and_it_is_said():
     odd = [FIX.replace(timestamp=2.5, validity=0), FIX.replace(timestamp=2.6, hacc=50.0)]
     odd += [FIX.replace(timestamp=2.7, lat=math.nan)]
-    nowhere = FIX.replace(timestamp=0.0, height=math.nan)
+    nowhere = FIX.replace(timestamp=0.0, height=math.inf)
     run = simulate(Navigation, feed=[nowhere, *sensors(2.4), *odd], **ANY)
     reasons = imc.GpsFixRejection.Reason
     found = [m.reason for m in run.of(imc.GpsFixRejection)]
     assert found == [reasons.INVALID, reasons.INVALID, reasons.ABOVE_MAX_HACC, reasons.INVALID]
     state = run.of(imc.EstimatedState)[-1]
     assert (state.x, state.height) == pytest.approx((0.0, FIX.height), abs=0.1)
+
+
+def test_a_fix_of_unknown_height_corrects_the_position():
+    flat = FIX.replace(lat=LAT + 2e-6, height=math.nan)
+    run = simulate(Navigation, feed=[*sensors(3.0), *sensors(30.0, start=3.0, fix=flat)], **ANY)
+    state = run.of(imc.EstimatedState)[-1]
+    assert not run.of(imc.GpsFixRejection)
+    assert (state.x, state.z, state.height) == pytest.approx((12.7, 0.0, FIX.height), abs=0.3)
+
+
+def test_it_waits_for_a_height_before_it_starts():
+    flat = FIX.replace(height=math.nan)
+    run = simulate(Navigation, feed=sensors(3.0, fix=flat), **ANY)
+    assert not run.of(imc.EstimatedState)
+    assert (run.task.entity.state, run.task.entity.description) == (State.BOOT, "waiting for GPS height")
+    run = simulate(Navigation, feed=[*sensors(3.0, fix=flat), *sensors(3.0, start=3.0)], **ANY)
+    assert run.of(imc.EstimatedState)[-1].height == pytest.approx(FIX.height, abs=0.1)
 
 
 def test_samples_that_are_no_numbers_change_nothing():
