@@ -9,11 +9,13 @@ from autonomy.control.differential_thrust import allocate_thrust, forces_to_actu
 from autonomy.control.echo_classifier import EchoClass, classify_echo
 from autonomy.control.enabled_loops import EnabledLoops
 from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
+from autonomy.control.flight_phase import FlightPhase
 from autonomy.control.heading_controller import HORIZONTAL, HeadingController
 from autonomy.control.landing_reasons import LandingReasons
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
 from autonomy.control.multirotor_velocity_controller import MultirotorCommand, MultirotorController, MultirotorGains
 from autonomy.control.pid import PID, PIDGains
+from autonomy.control.power_dips import PowerDips
 from autonomy.control.powered_ascent import AscentMonitor, ascent_fins, blind_ascent_fins
 from autonomy.control.remote_actions_reader import AXES, BUTTONS, RemoteActionsReader, format_actions_request
 from autonomy.control.speed_controller import SpeedController
@@ -39,12 +41,14 @@ __all__ = [
     "EchoClass",
     "EnabledLoops",
     "Fins",
+    "FlightPhase",
     "HeadingController",
     "LandingReasons",
     "MultirotorCommand",
     "MultirotorController",
     "MultirotorGains",
     "PIDGains",
+    "PowerDips",
     "RemoteActionsReader",
     "SpeedController",
     "ThrusterController",

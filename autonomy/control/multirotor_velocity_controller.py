@@ -15,8 +15,8 @@ LEVEL, FOLLOWS, LEARNING = 0.5, 0.25, 2.5  # m/s, m/s, s: when (vz, its error) a
 LIGHTEST, HEAVIEST = 0.5 * GRAVITY, 1.8 * GRAVITY  # m/s², what can be the weight
 MASS_CHANGE, CHANGE_TIME, CHANGE_LEARNING = 0.15, 0.2, 0.1  # share of the force that a lost load changes; s; s
 SAME_WEIGHT = 0.2 * GRAVITY  # m/s², how far integral and accelerometer may differ
-BLIND_THRUST, BLIND_GAIN = 0.98, 1.0  # share of the weight, 1/s: a blind descent
-HARDEST_BRAKE = 0.6 * GRAVITY  # of one that falls
+BLIND_THRUST, BLIND_GAIN = 0.98, 4.0  # share of the weight, 1/s: a blind descent
+HARDEST_BRAKE = 0.9 * GRAVITY  # of one that falls
 FENCE_THRUST = 0.8  # share of the weight, above the limit of altitude: less than a vehicle that lost a load needs
 SPEED_GAINS = PIDGains(4.0, 2.0, 0.0, integral_limit=6.0, limit=0.7 * GRAVITY)  # of one whose speed is measured
 REACTION = 0.3  # s before a vehicle brakes
@@ -38,6 +38,7 @@ class MultirotorGains:
     descent: float  # m/s, fastest
     landing_rate: float  # m/s of descent near the ground
     landing_altitude: float  # m, below which the landing rate applies
+    thrust: float  # m/s², the specific thrust at full rotor speed
 
 
 class MultirotorCommand(NamedTuple):
@@ -71,7 +72,7 @@ class MultirotorController:
         for law in (self._north, self._east, self._down):
             law.reset()
         self.velocity: Vector = (0.0, 0.0, 0.0)
-        self.falling = 0.0
+        self.falling = self._brake = 0.0
         self._ramped: Vector = (0.0, 0.0, 0.0)
         self.weight = self._by_integral = self._by_force = GRAVITY
         self._confirmed, self._changed = False, 0.0
@@ -89,25 +90,35 @@ class MultirotorController:
         k = self.gains.position
         return k * (point[0] - state.x), k * (point[1] - state.y), k * (point[2] - state.z)
 
-    def landing_velocity(self, state: imc.EstimatedState, point: Vector) -> Vector:
-        """Velocity (m/s) that lands the vehicle below or above a point (m)."""
+    def landing_velocity(self, state: imc.EstimatedState, point: Vector, descent: float | None = None) -> Vector:
+        """Velocity (m/s) that lands the vehicle below or above a point (m), if given with a certain `descent`."""
         north, east, _ = self.position_hold_velocity(state, point)
         low = state.alt < self.gains.landing_altitude
-        return north, east, self.gains.landing_rate if low else self.gains.descent
+        usual = self.gains.landing_rate if low else self.gains.descent
+        return north, east, usual if descent is None else descent
 
     def below_fence(self, velocity: Vector, room: float) -> Vector:
         """A velocity (m/s north, east, down) that stays `room` (m) below a limit of altitude, or comes back to it."""
         return velocity[0], velocity[1], max(velocity[2], -self.gains.position * room)
 
     def step(
-        self, state: imc.EstimatedState, velocity: Vector, heading: float, dt: float, force: float | None = None
+        self,
+        state: imc.EstimatedState,
+        velocity: Vector,
+        heading: float,
+        dt: float,
+        force: float | None = None,
+        *,
+        at_once: bool = False,
     ) -> MultirotorCommand:
         """The command for a velocity (m/s north, east, down) and a heading (rad), `dt` s after the last.
 
-        `force` is the specific force (m/s²) measured along the mast, None if unknown.
+        `force` is the specific force (m/s²) measured along the mast, None if unknown. The reference of the vertical
+        speed changes `at_once` if this is urgent.
         """
         gains = self.gains
         wanted, before = limit_horizontal_and_vertical(velocity, gains.speed, gains.climb, gains.descent), self._ramped
+        before = (before[0], before[1], wanted[2]) if at_once else before
         self.velocity, change = wanted, add(wanted, before, -1.0)
         length, longest = norm(change), gains.acceleration * dt
         self._ramped = wanted if length <= longest else add(before, change, longest / length)
@@ -154,22 +165,31 @@ class MultirotorController:
             self.weight = self._by_force = min(HEAVIEST, max(LIGHTEST, weight))
 
     def descend_blind(
-        self, dt: float, falling: float | None = None, *, powered: bool = True, above_fence: bool = False
+        self,
+        dt: float,
+        falling: float | None = None,
+        *,
+        lost: float = 0.0,
+        descent: float = DESCENT,
+        above_fence: bool = False,
     ) -> MultirotorCommand:
-        """The command for a level descent without a state, `dt` s after the last.
+        """The command for a level `descent` (m/s) without a state, `dt` s after the last.
 
-        `falling` is the measured speed downward (m/s); without it, that is what thrust and weight make of the last one.
-        Rotors that are not `powered` let it fall, and nothing makes it climb `above_fence`.
+        `falling` is the measured speed downward (m/s); without it, that is what thrust and weight make of the last one,
+        where the rotors had no power for `lost` s. Nothing makes it climb `above_fence`.
         """
+        most = min(self.gains.thrust, FENCE_THRUST * self.weight) if above_fence else self.gains.thrust
         if falling is not None:
-            self.falling = falling
-            if not powered:
+            self.falling, self._brake = falling, 0.0
+            if lost:
                 self._blind.reset()
-            share = 1.0 - self._blind.step(dt, DESCENT - falling) / GRAVITY
+            share = 1.0 - self._blind.step(dt, descent - falling) / GRAVITY
         else:
-            slower = BLIND_GAIN * (DESCENT - self.falling)
-            brake = max(-HARDEST_BRAKE, min(self.gains.acceleration, slower))
-            self.falling += dt * (brake if powered else GRAVITY)
-            share = BLIND_THRUST - brake / GRAVITY
-        self._thrust = (min(share, FENCE_THRUST) if above_fence else share) * self.weight
+            self.falling += lost * (GRAVITY - self._brake)
+            hardest = min(HARDEST_BRAKE, max(0.0, GRAVITY * (most / self.weight - 1.0)))
+            slower = BLIND_GAIN * (descent - self.falling)
+            self._brake = max(-hardest, min(self.gains.acceleration, slower))
+            self.falling += dt * self._brake
+            share = BLIND_THRUST - self._brake / GRAVITY
+        self._thrust = min(share * self.weight, most)
         return MultirotorCommand(0.0, 0.0, 0.0, self._thrust)

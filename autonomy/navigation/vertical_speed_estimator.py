@@ -171,9 +171,9 @@ class VerticalSpeedEstimator:
             self._unexplained = now
         return force if now - self._unexplained <= EXPLAINED_FOR else expected
 
-    def fresh_force(self, now: float) -> float | None:
-        """The specific force (m/s²) along the mast as measured; None if it is old or late."""
-        fresh = now - self._force.last <= FORCE_FRESH and not self._response.lags
+    def fresh_force(self, now: float, within: float = FORCE_FRESH) -> float | None:
+        """The specific force (m/s²) along the mast as measured `within` s; None if it is older or late."""
+        fresh = now - self._force.last <= within and not self._response.lags
         return -self._force.value[2] if fresh else None
 
     @property

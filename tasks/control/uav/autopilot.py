@@ -1,20 +1,20 @@
 """Keeps a multirotor in the air: velocities become roll, pitch, heading rate and rotor speed."""
 
 import math
-from enum import Enum
 from functools import partial
 
 import imc
 from autonomy.control import (
-    BLIND_DESCENT,
     GRAVITY,
     BlindDescent,
     EnabledLoops,
+    FlightPhase,
     LandingReasons,
     MultirotorCommand,
     MultirotorController,
     MultirotorGains,
     PIDGains,
+    PowerDips,
     TouchdownDetector,
     rotor_actuation,
 )
@@ -25,33 +25,21 @@ from runtime.vehicle import general_number
 from support.planar_geometry import north_and_east
 from support.rotations import Vector, rotation
 
-Loops = imc.CLoopsMask
 LONGEST_STEP = 1.0  # s
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 BLIND_STEP = 0.1  # s
-
-
-class FlightPhase(Enum):
-    """Phase of the flight; the value is the mode in AutopilotMode."""
-
-    GROUND = "GROUND"
-    FOLLOW = "GUIDED"
-    HOVER = "LOITER"
-    LAND = "LAND"
-    BLIND = "BLIND"
+LEVEL: Vector = (0.0, 0.0, 1.0)
 
 
 class Autopilot(Task):
     """Follows DesiredVelocity and DesiredHeading while the loop VELOCITY is enabled; hovers in the air otherwise.
 
-    The rotors stand still on the ground until a climb is commanded, and after a touchdown: the vehicle should descend
-    but does not, and the rotors carry less than three quarters of the weight for a second. It lands where it is after
-    an Abort, after hovering without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), and always below
-    `Landing Fuel Level`. Without EstimatedState it descends level, by accelerometer and barometer or, without these, by
-    the thrust that carries its weight; the second time in two minutes, down to the ground. So it does if barometer and
-    accelerometer contradict EstimatedState. It flies no higher than the limits of altitude, by the barometer, too.
+    The rotors rest on the ground until a climb is commanded. It lands where it is after an Abort, if it hovers without
+    a maneuver for `Idle Timeout` (after an error, `Error Timeout`), if the power fails repeatedly, and always below
+    `Landing Fuel Level`. Without EstimatedState, or if barometer and accelerometer contradict it, it descends level by
+    these or by the thrust that carries it; the second time in two minutes, to the ground. Limits of altitude apply.
     """
 
     ahrs: str = param("AHRS", "", "Entity of acceleration.", name="Entity Label - AHRS")
@@ -71,16 +59,10 @@ class Autopilot(Task):
     maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)
     landing_rate: float = param(0.5, "m/s", "Descent near the ground.", minimum=0.1)
     landing_altitude: float = param(5.0, "m", "The landing rate applies below this altitude.", minimum=0)
-    hover_actuation: float = param(
-        0.7, "1", "Fraction of the full rotor speed that carries the weight.", minimum=0.1, maximum=1
-    )
+    hover_actuation: float = param(0.7, "1", "Rotor speed that carries the weight, of full.", minimum=0.1, maximum=1)
     reference_timeout: float = param(0.5, "s", "Without a velocity for this long, the vehicle hovers.", minimum=0.1)
-    state_timeout: float = param(
-        0.5, "s", "Without EstimatedState for this long, the vehicle descends level.", minimum=0.1
-    )
-    idle_timeout: float = param(
-        60.0, "s", "The vehicle lands after this time without a maneuver; 0 for never.", minimum=0
-    )
+    state_timeout: float = param(0.5, "s", "Without EstimatedState for this long, it descends level.", minimum=0.1)
+    idle_timeout: float = param(60.0, "s", "It lands after this time without a maneuver; 0 for never.", minimum=0)
     error_timeout: float = param(10.0, "s", "Idle timeout after an error; 0 for never.", minimum=0)
     landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
 
@@ -101,6 +83,7 @@ class Autopilot(Task):
             descent=self.maximum_descent_rate,
             landing_rate=self.landing_rate,
             landing_altitude=self.landing_altitude,
+            thrust=GRAVITY / self.hover_actuation**2,
         )
         self._own_limits = OperatingLimits.from_options(partial(general_number, self.vehicle.profile), highest=math.inf)
         if not hasattr(self, "_law"):  # what it remembers stays if parameters change
@@ -108,18 +91,18 @@ class Autopilot(Task):
         self._law.set_gains(gains)
 
     def start(self) -> None:
-        self._loops = EnabledLoops(Loops.VELOCITY)
-        self._touchdown, self._vertical = TouchdownDetector(), VerticalSpeedEstimator()
-        self._advanced = self.now
-        self._mast: Vector = (0.0, 0.0, 1.0)
-        self._phase, self._begun = FlightPhase.GROUND, False
+        self._loops = EnabledLoops(imc.CLoopsMask.VELOCITY)
+        self._dips = getattr(self, "_dips", PowerDips())
+        self._touchdown, self._vertical = TouchdownDetector(self._dips), VerticalSpeedEstimator()
+        self._advanced, self._mast = self.now, LEVEL
+        landed = getattr(self, "_begun", False) and self._phase is FlightPhase.GROUND
+        self._phase, self._begun = FlightPhase.GROUND, landed  # one that has landed stays there, whatever its altitude
         self._state: imc.EstimatedState | None = None
         self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
-        self._landing = ""
-        self._blind = BlindDescent()
-        self._powered, self._reasons = True, LandingReasons()
+        self._landing, self._blind = getattr(self, "_landing", ""), getattr(self, "_blind", BlindDescent())
+        self._reasons = LandingReasons()
         self._rest()
         self.publish_status()
 
@@ -172,8 +155,18 @@ class Autopilot(Task):
 
     @consume
     def on_voltage(self, voltage: imc.Voltage) -> None:
-        if self._is_from(voltage, self.batteries):
-            self._powered = not voltage.value <= 0.0
+        powered = not voltage.value <= 0.0
+        if not self._is_from(voltage, self.batteries) or powered == self._dips.powered:
+            return
+        self._advance()
+        self._dips.receive(self.now, powered=powered)
+        if self._dips.repeat:
+            self._land("the power fails again and again")
+        if powered and (state := self._state) is not None and self._phase is not FlightPhase.GROUND:
+            if self._vertical.fresh_force(self.now) is None:
+                self._descend(state, "power and acceleration failed")
+            if self._phase is FlightPhase.BLIND:
+                self._descend_level(state, 0.0)  # each moment counts
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -192,15 +185,16 @@ class Autopilot(Task):
             return
         silent, dt = self.age(self._stated), self.now - self._stated
         self._stated, self._state = self.now, state
+        if self._phase is not FlightPhase.BLIND:
+            self._dips.take_lost_time(self.now)  # the state has it
         if self.recent_stall > UNKNOWN_MOTION:
             self._vertical.resume()
         if silent > self.state_timeout:
             self._resumed = self.now
         self._advance()
-        contradicted = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
-        contradiction = "EstimatedState contradicts barometer and accelerometer" if contradicted else ""
-        if (why := self._vertical.fault or contradiction) and self._phase is not FlightPhase.GROUND:
-            self._resumed = self.now
+        apart = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
+        why = self._vertical.fault or ("EstimatedState contradicts barometer and accelerometer" if apart else "")
+        if why and self._phase is not FlightPhase.GROUND:
             self._descend(state, why)
         if self._phase is FlightPhase.BLIND and not self._blind.trusts(self.now, self._resumed):
             self._blind.note_altitude(state.alt)
@@ -221,37 +215,44 @@ class Autopilot(Task):
     @periodic(1.0 / BLIND_STEP)
     def descend_without_state(self, periods: int) -> None:
         """Descend level if EstimatedState is missing."""
-        missing = self.age(self._stated) > self.state_timeout
-        state, phase = self._state, self._phase
-        if state is None or phase is FlightPhase.GROUND or not (missing or phase is FlightPhase.BLIND):
+        state = self._state
+        if state is None or self._phase is FlightPhase.GROUND:
             return
-        self._descend(state, "EstimatedState is missing")
-        self._advance()
-        vertical = self._vertical
-        falling = vertical.speed if vertical.knows_speed(self.now) else None
+        if self.age(self._stated) > self.state_timeout:
+            self._descend(state, "EstimatedState is missing")
+        if self._phase is FlightPhase.BLIND:
+            self._advance()
+            self._descend_level(state, periods * BLIND_STEP)
+
+    def _descend_level(self, state: imc.EstimatedState, step: float) -> None:
+        """Command a level descent, `step` s after the last command."""
+        vertical, touchdown, now = self._vertical, self._touchdown, self.now
+        falling = vertical.speed if vertical.knows_speed(now) else None
         if falling is not None:
             self._blind.note_altitude(vertical.height)
-        above = vertical.highest(self.now) > self._ceiling
-        step = periods * BLIND_STEP
-        command = self._law.descend_blind(step, falling, powered=self._powered, above_fence=above)
+        above, descent = vertical.highest(now) > self._ceiling, self._dips.descent(now)
+        lost = self._dips.take_lost_time(now)
+        command = self._law.descend_blind(step, falling, lost=lost, descent=descent, above_fence=above)
         self._command(command)
         if falling is None:
             self._blind.note_fall(step, self._law.falling)
-        share, touchdown, now = command.thrust / self._law.weight, self._touchdown, self.now
-        stands = falling is not None and touchdown.update(now, BLIND_DESCENT, falling, share)
+        share = command.thrust / self._law.weight
+        stands = touchdown.update(now, descent, falling, share, vertical.fresh_force(now, BLIND_STEP))
         lies = touchdown.lies(now, share, vertical.measured_height(now), vertical.fresh_force(now))
-        if stands or lies or self._blind.has_landed(now, measured=falling is not None):
+        low = self._dips.is_settled(now) and self._blind.has_landed(now, measured=falling is not None)
+        if stands or lies or low:
             self._enter(FlightPhase.GROUND, state)
 
     def _descend(self, state: imc.EstimatedState, reason: str) -> None:
-        """Begin to descend without a state."""
+        """Begin to descend without a state, or continue: it has to be right for some time before it is used again."""
+        self._resumed = self.now
         if self._phase is not FlightPhase.BLIND:
             self.log.error(f"{reason}: descending level")
             self._enter(FlightPhase.BLIND, state)
             self.set_entity_state(State.ERROR, f"{reason}: descending level")
 
     def _is_from(self, message: imc.Message, label: str) -> bool:
-        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
+        return label in ("", self.vehicle.entities.label(message.src, message.src_ent))
 
     def _advance(self) -> None:
         """Advance height and vertical speed by accelerometer and barometer."""
@@ -261,13 +262,13 @@ class Autopilot(Task):
         else:
             dt = min(elapsed, LONGEST_STEP)
             self._vertical.advance(self.now, dt, self._expected_force, self._mast)
-            if self._powered:
+            if self._dips.powered:
                 self._law.update_load(dt, self._vertical.load_force(self.now, self._expected_force))
 
     @property
     def _expected_force(self) -> float:
         """Specific force (m/s²) along the mast by the commanded thrust."""
-        return 0.0 if not self._powered else self._thrust * GRAVITY / self._law.weight
+        return 0.0 if not self._dips.powered else self._thrust * GRAVITY / self._law.weight
 
     @property
     def _follows(self) -> bool:
@@ -295,9 +296,7 @@ class Autopilot(Task):
     def _enter(self, phase: FlightPhase, state: imc.EstimatedState) -> None:
         if FlightPhase.GROUND in (phase, self._phase):
             self._rest()
-        self._hold = self._law.stopping_point(state)
-        self._kept = state.psi
-        self._phase = phase
+        self._hold, self._kept, self._phase = self._law.stopping_point(state), state.psi, phase
         if phase is FlightPhase.GROUND:
             self._landing = ""
             self._blind.forget()
@@ -321,14 +320,16 @@ class Autopilot(Task):
         if self._phase is FlightPhase.FOLLOW:
             wanted, heading = self._reference, self._kept if self._heading is None else self._heading
         elif self._phase is FlightPhase.LAND:
-            wanted = law.landing_velocity(state, self._hold)
+            wanted = law.landing_velocity(state, self._hold, self._dips.urgent_descent(self.now))
         else:
             wanted = law.position_hold_velocity(state, self._hold)
-        measured = self._vertical.height if self._vertical.knows_height(self.now) else state.alt
-        wanted = law.below_fence(wanted, self._ceiling - max(state.alt, measured))
-        command = law.step(state, wanted, heading, dt, self._vertical.measured_force(self.now, self._expected_force))
+        height = max(state.alt, self._vertical.measured_height(self.now) or 0.0)
+        wanted = law.below_fence(wanted, self._ceiling - height)
+        force = self._vertical.measured_force(self.now, self._expected_force)
+        command = law.step(state, wanted, heading, dt, force, at_once=self._dips.repeat)
         self._command(command)
-        if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust / law.weight):
+        felt = self._vertical.fresh_force(self.now, BLIND_STEP)
+        if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust / law.weight, felt):
             self._enter(FlightPhase.GROUND, state)
 
     def _command(self, command: MultirotorCommand) -> None:

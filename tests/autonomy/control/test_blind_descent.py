@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autonomy.control import GRAVITY, BlindDescent, LandingReasons, MultirotorController, TouchdownDetector
+from autonomy.control import GRAVITY, BlindDescent, LandingReasons, MultirotorController, PowerDips, TouchdownDetector
 from imc import VehicleState
 from tests.autonomy.control.test_multirotor_velocity_controller import GAINS
 
@@ -52,10 +52,11 @@ def test_nothing_makes_it_climb_above_the_fence():
 
 
 def test_rotors_without_power_let_it_fall_and_then_brake_it_as_hard():
-    _, law = falls(0.3, powered=False)
+    law = MultirotorController(GAINS)
+    law.descend_blind(0.0, lost=0.3)
     assert law.falling == pytest.approx(0.3 * GRAVITY)
     assert law.descend_blind(0.1).thrust > 1.1 * GRAVITY
-    _, law = falls(1.5, powered=False)
+    _, law = falls(1.5, lost=0.1)
     braking = [law.descend_blind(0.1).thrust for _ in range(60)]
     assert max(braking) > 1.5 * GRAVITY
     assert law.falling == pytest.approx(1.5, abs=0.2)
@@ -75,7 +76,7 @@ def test_rotors_without_power_let_it_fall_and_then_brake_it_as_hard():
     ],
 )
 def test_what_does_not_fall_although_its_rotors_do_not_carry_it_stands(share, height, force, rests):
-    detector = TouchdownDetector()
+    detector = TouchdownDetector(PowerDips())
     found = [detector.lies(0.1 * i, share, height(0.1 * i), force(0.1 * i)) for i in range(21)]
     assert any(found) is rests
     assert not any(found[:15])

@@ -22,6 +22,7 @@ GAINS = MultirotorGains(
     descent=1.5,
     landing_rate=0.5,
     landing_altitude=5.0,
+    thrust=2.04 * GRAVITY,
 )
 STILL = imc.EstimatedState(z=-10.0, alt=10.0)
 NOWHERE = 0.0, 0.0, 0.0

@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from autonomy.control import GRAVITY, TouchdownDetector, rotor_actuation
+from autonomy.control import GRAVITY, PowerDips, TouchdownDetector, rotor_actuation
 
 LIGHT, HEAVY = 0.5, 0.9
 
 
 def found(descent=0.5, vz=0.0, thrust=LIGHT):
-    detector = TouchdownDetector()
+    detector = TouchdownDetector(PowerDips())
     return [detector.update(0.25 * i, descent, vz, thrust) for i in range(8)]
 
 
@@ -24,7 +24,7 @@ def test_one_that_moves_or_hovers_does_not(case):
 
 
 def test_a_moment_in_the_air_starts_over():
-    detector = TouchdownDetector()
+    detector = TouchdownDetector(PowerDips())
     assert not detector.update(0.0, 0.5, 0.0, LIGHT)
     assert not detector.update(0.5, 0.5, 0.5, LIGHT)
     assert not detector.update(1.0, 0.5, 0.0, LIGHT)

@@ -28,7 +28,9 @@ def test_a_multirotor_whose_pressure_comes_in_another_unit_lands_softly(factor, 
     assert flight.touchdown < 1.5
 
 
-def test_a_multirotor_whose_power_fails_for_a_second_again_and_again_does_not_fly_away(fly, tmp_path):
+def brown_outs(dip, *times):
+    """The battery has no voltage for `dip` s at each of these times (s), and all sensors restart."""
+
     def inject(vehicle):
         battery, injector, dips = vehicle.task("Simulators.Battery"), FaultInjector(vehicle), []
         honest = battery.publish
@@ -43,19 +45,32 @@ def test_a_multirotor_whose_power_fails_for_a_second_again_and_again_does_not_fl
             battery.measure()
             for task in (GPS, AHRS, BAROMETER):
                 injector.begin(task, Crash())
-            vehicle.kernel.after(1.5, end)
+            vehicle.kernel.after(dip, end)
 
         def end():
             dips.clear()
             battery.measure()
 
         battery.publish = publish
-        for seconds in (5.0, 15.0):
+        for seconds in times:
             vehicle.kernel.after(seconds, begin)
 
-    flight = fly(tmp_path, inject, "hexa-00", 200.0)
+    return inject
+
+
+def test_a_multirotor_whose_power_fails_for_a_second_again_and_again_does_not_fly_away(fly, tmp_path):
+    flight = fly(tmp_path, brown_outs(1.5, 5.0, 15.0), "hexa-00", 200.0)
     assert -min(flight.depths) < 40.0
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("interval", [2.0, 3.0])
+def test_a_multirotor_whose_power_fails_for_a_moment_again_and_again_lands_softly(interval, fly, tmp_path):
+    times = [5.0 + interval * i for i in range(round(40.0 / interval))]
+    flight = fly(tmp_path, brown_outs(0.3, *times), "hexa-00", 150.0)
+    assert -min(flight.depths) < 12.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown < 2.5
 
 
 def test_a_multirotor_whose_receiver_does_not_know_the_height_flies_its_plan_by_its_fixes(fly, tmp_path):

@@ -1,0 +1,50 @@
+"""What a multirotor makes of losses of its power that last a moment."""
+
+import pytest
+
+from autonomy.control import BLIND_DESCENT, GRAVITY, PowerDips
+
+
+def fail(*begins, length=0.3):
+    dips = PowerDips()
+    for begin in begins:
+        assert dips.receive(begin, powered=False)
+        assert dips.receive(begin + length, powered=True)
+    return dips
+
+
+def test_the_time_without_lift_is_counted_once_and_exactly():
+    dips = PowerDips()
+    assert not dips.receive(10.0, powered=True)
+    dips.receive(10.02, powered=False)
+    assert dips.take_lost_time(10.1) == pytest.approx(0.08)
+    dips.receive(10.32, powered=True)
+    assert dips.take_lost_time(10.4) == pytest.approx(0.27)  # with the time in which the rotors spin up
+    assert dips.take_lost_time(10.5) == 0.0
+
+
+def test_it_rises_before_a_loss_that_is_expected_and_descends_between_two():
+    dips = fail(10.0, 12.0, 14.1)
+    speeds = {time: dips.descent(time) for time in (14.5, 15.0, 15.9, 16.5)}
+    assert speeds[14.5] == speeds[15.0] == speeds[16.5] == BLIND_DESCENT
+    assert speeds[15.9] + 0.35 * GRAVITY == pytest.approx(2.0)
+    assert dips.descent(30.0) == BLIND_DESCENT  # the power no longer fails
+
+
+@pytest.mark.parametrize("dips", [fail(10.0), fail(10.0, 50.0), fail(10.0, 12.0, length=1.5), fail(10.0, 10.9, 11.8)])
+def test_it_descends_steadily_where_nothing_is_expected_or_nothing_helps(dips):
+    assert {dips.descent(12.0 + 0.1 * i) for i in range(400)} == {BLIND_DESCENT}
+
+
+def test_losses_repeat_if_they_are_less_than_half_a_minute_apart():
+    assert [fail(10.0, time).repeat for time in (35.0, 45.0)] == [True, False]
+    assert fail(10.0).urgent_descent(11.0) is None
+    assert [fail(10.0).is_settled(time) for time in (20.0, 26.0)] == [False, True]
+
+
+@pytest.mark.parametrize(("force", "stands"), [(GRAVITY, True), (0.1 * GRAVITY, False), (None, False)])
+def test_what_feels_its_weight_without_power_stands_on_the_ground(force, stands):
+    dips = fail(10.0)
+    assert not any(dips.stands(11.0 + 0.1 * i, GRAVITY) for i in range(9))
+    dips.receive(12.0, powered=False)
+    assert [dips.stands(12.0 + 0.1 * i, force) for i in range(3)] == [False, False, stands]
