@@ -1,21 +1,24 @@
 """Brakes for obstacles."""
 
 import math
+from collections import deque
 
 import imc
 from autonomy.control import EchoClass, EnabledLoops, classify_echo
 from runtime import State, Task, consume, param, periodic
 
 Op = imc.Brake.Op
-STALE = 1.0  # s; an older state does not tell where the sonar points
+STALE = 1.0  # s; a state that is farther from an echo than this does not tell where the sonar pointed
+MOST_ECHOES = 32  # between two states
 
 
 class Brakes(Task):
     """Publishes Brake if an echo sounder sees an obstacle close ahead while the vehicle follows a path.
 
     The surface is not an obstacle, nor is a bottom that the vehicle can climb. Near the surface, surface and obstacles
-    cannot be distinguished, so the vehicle does not brake there. The brake is released when nothing is near or path
-    control is disabled; braking for too long is an error.
+    cannot be distinguished, so the vehicle does not brake there. An echo is an obstacle only if it is one for the state
+    before it and for the state after it: a vehicle that pitches has turned the sonar in between. The brake is released
+    when nothing is near or path control is disabled; braking for too long is an error.
     """
 
     echo_sounder: str = param(
@@ -35,6 +38,7 @@ class Brakes(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.PATH)
         self._state: imc.EstimatedState | None = None
+        self._echoes = deque[imc.Distance](maxlen=MOST_ECHOES)
         self._near = self._clear = 0
         self._braked: float | None = None
         self.set_entity_state(State.NORMAL, "idle")
@@ -46,28 +50,36 @@ class Brakes(Task):
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
         if self._loops.receive(loops):
             self._near = self._clear = 0
+            self._echoes.clear()
             self._release()
             self.set_entity_state(State.NORMAL, "watching" if self._loops.mask else "idle")
 
     @consume
     def on_estimated_state(self, state: imc.EstimatedState) -> None:
-        self._state = state
+        before, self._state = self._state, state
+        while self._echoes:
+            echo = self._echoes.popleft()
+            if before is not None and all(abs(s.timestamp - echo.timestamp) <= STALE for s in (before, state)):
+                self._judge(echo, before, state)
 
     @consume
-    def check_echo(self, distance: imc.Distance) -> None:
-        """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release."""
-        state = self._state
-        if not self._loops.mask or state is None or self.age(state.timestamp) > STALE:
+    def keep_echo(self, distance: imc.Distance) -> None:
+        """Keep an echo until the next state tells where the sonar pointed."""
+        if not self._loops.mask:
             return
         if self.vehicle.entities.label(self.system, distance.src_ent) != self.echo_sounder:
             return
         if distance.validity != imc.Distance.Validity.VALID or not 0.0 <= distance.value < math.inf:
             return
+        self._echoes.append(distance)
+
+    def _judge(self, distance: imc.Distance, *states: imc.EstimatedState) -> None:
+        """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release."""
         slope, half = math.radians(self.steepest_slope), 0.5 * math.radians(self.beam_width)
-        echo = classify_echo(distance.value, state.depth, state.alt, state.theta, half, slope, _arm(distance))
+        found = {classify_echo(distance.value, s.depth, s.alt, s.theta, half, slope, _arm(distance)) for s in states}
         far = distance.value > self.minimum_range + self.range_hysteresis
-        self._near = self._near + 1 if echo is EchoClass.OBSTACLE and distance.value < self.minimum_range else 0
-        self._clear = self._clear + 1 if far or echo is EchoClass.BOTTOM else 0
+        self._near = self._near + 1 if found == {EchoClass.OBSTACLE} and distance.value < self.minimum_range else 0
+        self._clear = self._clear + 1 if far or found == {EchoClass.BOTTOM} else 0
         if self._braked is None and self._near >= self.samples:
             self._braked = self.now
             self.log.warning(f"obstacle {distance.value:.1f} m ahead: braking")

@@ -35,7 +35,7 @@ def braked(ranges, *more, label="Echo Sounder", seconds=None, depth=3.0, validit
     feed = [imc.ControlLoops(timestamp=0.1, enable=1, mask=Loops.PATH, scope_ref=1), *more]
     for k, reach in enumerate(ranges):
         time = 1.0 + 0.2 * k
-        feed.append(imc.EstimatedState(timestamp=time - 0.05, depth=depth, alt=4.0))
+        feed += [imc.EstimatedState(timestamp=time + late, depth=depth, alt=4.0) for late in (-0.05, 0.01)]
         feed.append(imc.Distance(timestamp=time, value=reach, validity=validity, src_ent=entity))
     feed.sort(key=lambda m: m.timestamp)
     run = simulate(Sonar, feed, seconds=seconds or feed[-1].timestamp + 0.1, **parameters)
@@ -64,6 +64,30 @@ def test_what_does_not_count():
     assert braked([math.nan, -1.0, math.inf] * 5)[1] == []
     assert braked([3.0] * 10, depth=0.1)[1] == [], "at the surface"
     assert braked([])[1] == []
+
+
+@pytest.mark.parametrize(("before", "after"), [(0.0, 0.5), (0.5, 0.0)])
+def test_the_surface_is_no_obstacle_for_a_vehicle_that_pitches_between_two_states(before, after):
+    entity = simulate(Sonar, seconds=0.1).vehicle.entities.find("Echo Sounder").id
+    feed = [imc.ControlLoops(timestamp=0.1, enable=1, mask=Loops.PATH, scope_ref=1)]
+    for k in range(10):
+        time = 1.0 + k
+        feed.append(imc.EstimatedState(timestamp=time - 0.3, depth=2.0, alt=20.0, theta=before))
+        feed.append(imc.Distance(timestamp=time, value=4.0, validity=1, src_ent=entity))
+        feed.append(imc.EstimatedState(timestamp=time + 0.3, depth=2.0, alt=20.0, theta=after))
+    run = simulate(Sonar, feed, seconds=12.0)
+    assert run.of(imc.Brake) == []
+    level = [m.replace(theta=0.0) if isinstance(m, imc.EstimatedState) else m for m in feed]
+    assert len(simulate(Sonar, level, seconds=12.0).of(imc.Brake)) == 2
+
+
+def test_an_echo_far_from_all_states_does_not_count():
+    late = [imc.EstimatedState(timestamp=time, depth=3.0, alt=4.0) for time in (0.2, 5.0)]
+    entity = simulate(Sonar, seconds=0.1).vehicle.entities.find("Echo Sounder").id
+    feed = [imc.ControlLoops(timestamp=0.1, enable=1, mask=Loops.PATH, scope_ref=1)]
+    feed += [imc.Distance(timestamp=2.0 + k / 5, value=7.0, validity=1, src_ent=entity) for k in range(100)]
+    run = simulate(Sonar, sorted([*feed, *late], key=lambda m: m.timestamp), seconds=6.0)
+    assert run.of(imc.Brake) == []
 
 
 def test_an_obstacle_that_stays_is_an_error():

@@ -129,6 +129,22 @@ def test_on_an_overloaded_computer_no_sensor_is_blamed(profile, tmp_path):
 
 @pytest.mark.heavy
 @pytest.mark.computing
+def test_on_an_overloaded_computer_a_vehicle_that_pitches_does_not_brake_for_the_surface(tmp_path):
+    loaded = load_profile("lauv-noptilus-1", overrides=[*ALONE, UNLOGGED, BLIND])
+    clock = StallingClock(START, overload=(0.0, 1000.0), cost=0.001, delay=0.1)
+    vehicle = build(loaded, loaded.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
+    brakes, angles = [], []
+    vehicle.observe(imc.Brake, lambda brake: brakes.append(round(brake.timestamp - vehicle.start_time, 1)))
+    vehicle.observe(imc.EstimatedState, lambda state: angles.append(abs(state.theta)))
+    vehicle.start()
+    vehicle.run(90.0)
+    vehicle.close()
+    assert max(angles) > math.radians(20.0), "it has to see the surface ahead"
+    assert not brakes
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
 def test_where_all_moments_are_more_than_a_second_apart_no_sensor_is_blamed(tmp_path):
     run = Run("lauv-noptilus-1", tmp_path, StallingClock(START, overload=(20.0, 500.0), delay=1.2))
     assert {label for _, label, _ in run.bad} <= {"Path Control"}  # an AUV cannot be steered at 1 Hz
