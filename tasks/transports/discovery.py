@@ -19,6 +19,7 @@ from tasks.transports.imc_links.sockets import (
     check_multicast_address,
     listen_address,
     listen_address_param,
+    network_silence,
     network_time,
     open_announce_receivers,
     schedule_network_timer,
@@ -276,12 +277,11 @@ class Discovery(Task):
     def report_systems(self) -> None:
         """Forget who is out of range, and report who is within."""
         self.drops.merge_inactive(network_time(self))
-        since = network_time(self) - FORGOTTEN
         for system, runs in list(self.seen.items()):
-            runs[:] = [run for run in runs if run.last > since]
+            runs[:] = [run for run in runs if network_silence(self, run.last) < FORGOTTEN]
             if not runs:
                 del self.seen[system]
-        self.clashes = {clash: last for clash, last in self.clashes.items() if last > since}
+        self.clashes = {clash: last for clash, last in self.clashes.items() if network_silence(self, last) < FORGOTTEN}
         names = ", ".join(sorted(run.name for runs in self.seen.values() for run in runs))
         figures = [f"{len(self.seen)} systems within range" + (f": {names}" if names else ""), str(self.drops)]
         state = State.FAULT if self.trouble or self.clashes else State.NORMAL

@@ -10,7 +10,7 @@ from tasks.transports.imc_links.link_task import ImcLinkTask, reraise_as_paramet
 from tasks.transports.imc_links.message_list import MessageList, parse_rate
 from tasks.transports.imc_links.peer_table import PeerTable
 from tasks.transports.imc_links.radio_range import RadioRange
-from tasks.transports.imc_links.sockets import listen_address, listen_address_param
+from tasks.transports.imc_links.sockets import listen_address, listen_address_param, network_silence
 from tasks.transports.imc_links.vehicle_peers import VehiclePeers
 
 
@@ -73,7 +73,8 @@ class DatagramLinkTask(ImcLinkTask):
             "Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations]
         )
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
-            self.peers, self.positions = PeerTable(), RadioRange()
+            self.peers = PeerTable(silence=lambda since, _: network_silence(self, since))
+            self.positions = RadioRange()
             self.vehicles = VehiclePeers(self.system)
         self.peers.timeout, self.peers.rate = self.contact_timeout, self.maximum_rate
         self.peers.kept = self.commanders.listed

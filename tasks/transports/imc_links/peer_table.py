@@ -74,21 +74,31 @@ class Peer:
             del self.sources[next(iter(self.sources))]
 
 
+def seconds_between(since: float, now: float) -> float:
+    return now - since
+
+
 class PeerTable:
     """The peers of one vehicle, at most 64. If there are more, another one gives way: one that is not in contact, or of
     an address with more than its share, or that never commanded, or the longest silent; none in `kept` or `called`.
 
     A peer is in contact until it is silent for `timeout` seconds; those in `called` need not send anything first.
     Each may send `rate` datagrams per second, and as many at once after a pause.
+    `silence(since, now)` is for how long (s) nothing came although it could have been received.
 
     A datagram is taken from an address that its system has announced. A sender on the loopback interface is on this
     computer whatever addresses it announces. A system that announces no address may send from any.
     """
 
     def __init__(
-        self, kept: Collection[int] = (), called: Collection[int] = (), timeout: float = 30.0, rate: float = 2000.0
+        self,
+        kept: Collection[int] = (),
+        called: Collection[int] = (),
+        timeout: float = 30.0,
+        rate: float = 2000.0,
+        silence: Callable[[float, float], float] = seconds_between,
     ):
-        self.kept, self.called = kept, called
+        self.kept, self.called, self._silence = kept, called, silence
         self.timeout, self.rate = timeout, rate
         self.by_id: dict[int, Peer] = {}
         self._gone: list[Peer] = []  # from contact, for others
@@ -117,7 +127,7 @@ class PeerTable:
             peer.addresses[address] = (peer.addresses[address][0], now)
         for end in reversed(services.endpoints("imc+udp")):
             peer.addresses[end.address] = (end.port, now)
-        fresh = [(address, place) for address, place in peer.addresses.items() if now - place[1] < KEPT]
+        fresh = [item for item in peer.addresses.items() if self._silence(item[1][1], now) < KEPT]
         fresh.sort(key=lambda item: item[1][1], reverse=True)
         peer.addresses = dict(fresh[:MOST_ADDRESSES])
         return peer
@@ -137,7 +147,9 @@ class PeerTable:
         return [(peer, endpoint) for peer, endpoint in each if endpoint is not None]
 
     def is_in_contact(self, peer: Peer, now: float) -> bool:
-        return peer.system in self.called or (peer.source is not None and now - peer.heard <= self.timeout)
+        return peer.system in self.called or (
+            peer.source is not None and self._silence(peer.heard, now) <= self.timeout
+        )
 
     def remove_silent(self, now: float) -> list[Peer]:
         """Forget those who neither announced nor sent anything for long; returns those whose contact was lost."""
@@ -146,7 +158,7 @@ class PeerTable:
         silent = [
             system
             for system, peer in self.by_id.items()
-            if peer.source is None and now - peer.announced > (MISSED if peer.taken else KEPT)
+            if peer.source is None and self._silence(peer.announced, now) > (MISSED if peer.taken else KEPT)
         ]
         for system in silent:
             del self.by_id[system]
@@ -156,7 +168,8 @@ class PeerTable:
     def on_port_unreachable(self, place: Endpoint, now: float) -> list[Peer]:
         """Nobody listens at a place any more; returns the silent peers there, who are no longer in contact."""
         each = self.by_id.values()
-        lost = [p for p in each if p.source is not None and p.endpoint == place and now - p.heard > QUIET]
+        there = [peer for peer in each if peer.source is not None and peer.endpoint == place]
+        lost = [peer for peer in there if self._silence(peer.heard, now) > QUIET]
         self._part(lost)
         return lost
 

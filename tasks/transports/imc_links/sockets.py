@@ -49,6 +49,12 @@ def network_time(task: Task) -> float:
     return task.now / network_time_scale(task)
 
 
+def network_silence(task: Task, since: float) -> float:
+    """Seconds since a `network_time` in which other systems could be received: stalls of the process do not count."""
+    scale = network_time_scale(task)
+    return task.age(since * scale) / scale
+
+
 def schedule_network_timer(task: Task, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
     """Call a function after so many seconds of other systems."""
     return task.after(seconds * network_time_scale(task), function, *args)

@@ -4,7 +4,9 @@ import errno
 import math
 import socket
 from collections import OrderedDict
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 import imc
 from imc.console_acl import NOT_LISTED, REPORTS
@@ -17,7 +19,7 @@ from tasks.transports.imc_links.datagram_filter import SPOOFED
 from tasks.transports.imc_links.link_task import ImcLinkTask
 from tasks.transports.imc_links.own_announce import is_for_log
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
-from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
+from tasks.transports.imc_links.sockets import network_silence, network_time, schedule_network_timer
 
 READ_SIZE = 4096  # bytes taken from a connection at a time
 LONGEST_WAIT = 1 << 20  # bytes that a peer leaves unread before it is cut off
@@ -90,10 +92,10 @@ class PacketStream:
         if len(self.systems) > MOST_SYSTEMS:
             self.systems.popitem(last=False)
 
-    def serves(self, system: int, now: float) -> bool:
-        """Whether a system lives at the other end, and reads what is sent."""
+    def serves(self, system: int, silence: Callable[[float], float]) -> bool:
+        """Whether a system lives at the other end, and reads what is sent; `silence` is that since a time (s)."""
         is_open = self.greeted and self.deaf is None and len(self.waiting) < FULL
-        return is_open and now - self.systems.get(system, -math.inf) <= QUIET
+        return is_open and silence(self.systems.get(system, -math.inf)) <= QUIET
 
 
 class StreamLinkTask(ImcLinkTask):
@@ -163,9 +165,9 @@ class StreamLinkTask(ImcLinkTask):
 
         The address keeps a stranger elsewhere that uses the id of a console from ending what the console gets.
         """
-        now = network_time(self)
+        silence = partial(network_silence, self)
         return any(
-            stream.address == address and stream.serves(system, now) and not self.withholds(stream)
+            stream.address == address and stream.serves(system, silence) and not self.withholds(stream)
             for stream in self.streams
         )
 

@@ -9,7 +9,7 @@ from imc.discovery import LOOPBACK, check_address
 from runtime import State, param
 from runtime.task import ParameterError
 from support.backoff import Backoff
-from tasks.transports.imc_links.sockets import network_time, schedule_network_timer
+from tasks.transports.imc_links.sockets import network_silence, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
 LOOK = 0.05  # s between two looks whether a connection is made
@@ -102,7 +102,7 @@ class Client(StreamLinkTask):
         if stream is None:
             self.set_entity_state(State.FAULT, self.trouble or "connecting")
             return
-        silent = network_time(self) - stream.heard
+        silent = network_silence(self, stream.heard)
         trouble = f"{stream.name} has sent no packet for {SILENCE:g} s" if silent >= SILENCE else ""
         if trouble and trouble != self.trouble:
             self.log.warning(trouble)

@@ -13,6 +13,7 @@ from tasks.transports.imc_links.port_search import announce_listening_service, l
 from tasks.transports.imc_links.sockets import (
     listen_address,
     listen_address_param,
+    network_silence,
     network_time,
     schedule_network_timer,
 )
@@ -148,7 +149,7 @@ class Server(StreamLinkTask):
 
     def make_room(self, address: str) -> bool:
         """End the connection that is worth least, so that nobody shuts out an operator by many."""
-        now, count = network_time(self), Counter(stream.address for stream in self.streams)
+        count = Counter(stream.address for stream in self.streams)
 
         def is_fair(stream: PacketStream) -> bool:
             return count[stream.address] <= self.maximum_connections // 2
@@ -156,7 +157,11 @@ class Server(StreamLinkTask):
         def worth(stream: PacketStream) -> tuple[bool, bool, float]:
             return is_fair(stream), stream.commands, stream.heard
 
-        spare = [s for s in self.streams if now - s.heard > IDLE or not (is_fair(s) or s.address == address)]
+        spare = [
+            stream
+            for stream in self.streams
+            if network_silence(self, stream.heard) > IDLE or not (is_fair(stream) or stream.address == address)
+        ]
         if not spare:
             return False
         least = min(spare, key=worth)
