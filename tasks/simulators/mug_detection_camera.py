@@ -38,7 +38,7 @@ from world.sensors import (
 UP = math.pi, 0.0, 0.0  # of a camera that looked down
 SMALLEST_FIELD = 1e-3  # °
 NO_ALTITUDE = "no altitude"
-SETTLING = 2.0  # s from the start, in which a missing altitude is not logged
+SETTLING = 2.0  # s from the start, in which a missing altitude is no fault: the DVL measures less often
 TIMING = 1e-3  # of a period: how early an image may be, since the resolution of timestamps is 0.24 µs
 
 
@@ -293,11 +293,11 @@ class MUGDetectionCamera(Task):
 
     def _skip(self, fault: str) -> None:
         self.skipped[fault] += 1
+        if fault == NO_ALTITUDE and not self._seen_something and self.age(self._began) < SETTLING:
+            self.set_entity_state(State.BOOT, "waiting for an altitude")
+            return
         description = f"{fault} ({self.skipped[fault]} skipped)"
         self.set_entity_state(State.FAULT, description)
-        seen_nothing_yet = not self._seen_something and self.now - self._began < SETTLING
-        if fault == NO_ALTITUDE and seen_nothing_yet:
-            return
         if self._warnings.is_due(now=self.now):
             self.log.warning(description)
 

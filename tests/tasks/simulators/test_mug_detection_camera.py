@@ -140,11 +140,13 @@ def test_original_error_grows_with_the_resolution():
 @pytest.mark.parametrize("fidelity", ["Physical", "Original"])
 @pytest.mark.parametrize("alt", [-1.0, 0.0, math.nan, math.inf])
 def test_no_altitude_no_detection(alt, fidelity):
-    run = simulate(MUGDetectionCamera, feed=still(5, alt=alt), seconds=1.0, fidelity=fidelity)
+    feed = [state.replace(timestamp=state.timestamp + late) for late in (0.0, 3.0) for state in still(5, alt=alt)]
+    run = simulate(MUGDetectionCamera, feed=feed, seconds=5.0, fidelity=fidelity)
     assert run.of(imc.EstimatedMugState) == []
-    assert run.task.skipped == {"no altitude": 5}
+    assert run.task.skipped == {"no altitude": 10}
     last = run.of(imc.EntityState)[-1]
-    assert (last.state, last.description) == (imc.EntityState.State.FAULT, "no altitude (1 skipped)")
+    assert last.state == imc.EntityState.State.FAULT
+    assert last.description.startswith("no altitude (")
 
 
 def test_nan_is_skipped_with_one_warning_a_second():
@@ -161,7 +163,8 @@ def test_an_altimeter_may_take_its_time_at_the_start():
     begun = simulate(MUGDetectionCamera, feed=[m for m in feed if m.timestamp < 2.0])
     assert begun.log == []
     assert begun.task.skipped["no altitude"] > 0
-    assert begun.of(imc.EntityState)[-1].description.startswith("no altitude")
+    last = begun.of(imc.EntityState)[-1]
+    assert (last.state, last.description) == (imc.EntityState.State.BOOT, "waiting for an altitude")
     assert simulate(MUGDetectionCamera, feed=[feed[0].replace(timestamp=2.5)]).log == ["no altitude (1 skipped)"]
     lost = simulate(MUGDetectionCamera, feed=[still(1)[0], feed[0].replace(timestamp=1.0)])
     assert lost.log == ["no altitude (1 skipped)"]
