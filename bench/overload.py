@@ -25,7 +25,6 @@ State = imc.EntityState.State
 BROKEN = (State.FAULT, State.ERROR, State.FAILURE)
 COMPUTER = ("Daemon", "Host Resources")  # they report the load, and should
 ALONE = ("Transports.Discovery", "Transports.Announce", "Transports.UDP", "Transports.MAVLink")
-SETTLED = 15.0  # s, after which sensors are expected to work
 PATIENCE = 300.0  # s after the end of the run
 
 
@@ -53,7 +52,7 @@ def run(profile: str, seconds: float, halt: float, folder: Path) -> int:
 
 def count_faults(folder: Path) -> tuple[Counter[str], Counter[str], float]:
     """What entities were blamed for, and how many plans were lost, in all logs; and the recorded time (s)."""
-    blamed, lost, recorded = Counter[str](), Counter[str](), 0.0
+    blamed, lost, recorded, braked = Counter[str](), Counter[str](), 0.0, 0
     for log in (imc.Log(part, keep_index=False) for part in logs_of_run(next(iter(sorted(folder.glob("log/*/*/*")))))):
         labels, times, states = dict[int, str](), list[float](), dict[int, int]()
         for message in log.messages():
@@ -65,18 +64,21 @@ def count_faults(folder: Path) -> tuple[Counter[str], Counter[str], float]:
                     label, before = labels.get(message.src_ent, ""), states.get(message.src_ent)
                     states[message.src_ent] = message.state
                     new = message.state in BROKEN and before not in BROKEN
-                    if new and label not in COMPUTER and message.timestamp > times[0] + SETTLED:
+                    if new and label not in COMPUTER:
                         print(f"{message.timestamp - times[0]:8.1f} s  {label}: {message.description}")
                         blamed[f"{label}: {message.description}"] += 1
                 case imc.VehicleState(op_mode=imc.VehicleState.OpMode.ERROR):
                     lost["vehicle in ERROR"] += 1
                 case imc.PlanControlState(last_outcome=imc.PlanControlState.LastOutcome.FAILURE):
                     lost["plan failed"] += 1
+                case imc.Brake(op=imc.Brake.Op.START):
+                    braked += 1
                 case imc.LogBookEntry(context="Daemon"):
                     print(f"{message.timestamp - times[0]:8.1f} s  {message.text}")
                 case _:
                     pass
         recorded += max(times, default=0.0) - min(times, default=0.0)
+    print(f"braked {braked} times")
     return blamed, lost, recorded
 
 
