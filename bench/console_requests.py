@@ -6,6 +6,7 @@ Usage: python bench/console_requests.py [PROFILE [HANDLER]]
 """
 
 import itertools
+import math
 import socket
 import statistics
 import sys
@@ -113,6 +114,12 @@ def file_request(number: int, opcode: int, data: bytes = b"", offset: int = 0, s
 
 
 PARAMETERS = b"@PARAM/param.pck"
+HEIGHT = 0.0  # m, at which a vessel and a multirotor can go; relative to home
+NOWHERE = {"param5": math.nan, "param6": math.nan, "param7": math.nan}
+OFFSHORE = {"y": -87_060_000, "z": HEIGHT}
+TARGET = {"lon_int": -87_060_000, "alt": HEIGHT, "type_mask": 0x0DF8}
+HOLD, RETURN, OFFBOARD, BY_HAND = ((main | sub << 8) << 16 for main, sub in ((4, 3), (4, 5), (6, 0), (3, 0)))
+MODES = HOLD, RETURN, OFFBOARD, BY_HAND  # PX4's numbers
 STATIONS: dict[str, Callable[[int], Iterable[tuple[str, Fields]]]] = {
     "HEARTBEAT": lambda i: [("HEARTBEAT", {"type": 6})],
     "MISSION_COUNT and items": upload,
@@ -143,6 +150,30 @@ STATIONS: dict[str, Callable[[int], Iterable[tuple[str, Fields]]]] = {
     "LOG_REQUEST_LIST": lambda i: [("LOG_REQUEST_LIST", {"end": 0xFFFF})],
     "LOG_REQUEST_DATA": lambda i: [("LOG_REQUEST_DATA", {"id": 0, "ofs": 90 * i, "count": 0xFFFFFFFF})],
     "COMMAND_LONG reposition": lambda i: [("COMMAND_LONG", {"command": 192, "param5": 41.185, "param6": -8.706})],
+    "COMMAND_INT reposition": lambda i: [
+        ("COMMAND_INT", {"command": 192, "frame": 6, "x": 411_850_000 + 10 * i, "y": -87_060_000, "z": HEIGHT})
+    ],
+    "COMMAND_LONG arm and disarm": lambda i: [("COMMAND_LONG", {"command": 400, "param1": i % 2, "param2": 21196})],
+    "COMMAND_LONG takeoff": lambda i: [("COMMAND_LONG", {"command": 22, "param7": math.nan})],
+    "COMMAND_LONG speed": lambda i: [("COMMAND_LONG", {"command": 178, "param1": 1, "param2": 1.0 + i % 3 / 10})],
+    "COMMAND_LONG speed bad": lambda i: [("COMMAND_LONG", {"command": 178, "param1": 1, "param2": 1e3 + i})],
+    "COMMAND_LONG orbit": lambda i: [("COMMAND_LONG", {"command": 34, "param1": 30.0 + i % 9, **NOWHERE})],
+    "COMMAND_LONG terminate": lambda i: [("COMMAND_LONG", {"command": 185, "param1": 1})],
+    "COMMAND_LONG relay": lambda i: [("COMMAND_LONG", {"command": 181, "param1": i % 3, "param2": i % 2})],
+    "COMMAND_LONG mission start": lambda i: [*(upload(0) if not i % 50 else ()), ("COMMAND_LONG", {"command": 300})],
+    "SET_MODE": lambda i: [("SET_MODE", {"base_mode": 1, "custom_mode": MODES[i % len(MODES)]})],
+    "MISSION_ITEM_INT guided": lambda i: [
+        ("MISSION_ITEM_INT", {"current": 2, "frame": 6, "command": 16, "x": 411_850_000 + 10 * i, **OFFSHORE})
+    ],
+    "SET_POSITION_TARGET": lambda i: [
+        *([("SET_MODE", {"base_mode": 1, "custom_mode": OFFBOARD})] if i == 1 else ()),
+        ("SET_POSITION_TARGET_GLOBAL_INT", {"coordinate_frame": 6, "lat_int": 411_850_000 + 10 * i, **TARGET}),
+    ],
+    "SET_POSITION_TARGET bad": lambda i: [("SET_POSITION_TARGET_GLOBAL_INT", {"coordinate_frame": 6, "type_mask": 7})],
+    "MANUAL_CONTROL": lambda i: [
+        *([("SET_MODE", {"base_mode": 1, "custom_mode": BY_HAND})] if not i else ()),
+        ("MANUAL_CONTROL", {"x": 100 + i % 500, "z": 500, "r": i % 300, "buttons": i % 65536}),
+    ],
     "COMMAND_LONG unknown": lambda i: [("COMMAND_LONG", {"command": 30_000 + i})],
 }
 

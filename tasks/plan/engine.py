@@ -179,8 +179,8 @@ class Engine(Task):
         elif execution is not None and forecast is None:
             self.start_script(self._switch, request, self._stops)
         else:
+            self._replies.lines.begin_plan("" if execution is None else f"switching to {request.plan_id}")
             if execution is not None:
-                self.log.warning(f"switching to {request.plan_id}")
                 self._give_up(execution, "replaced by another plan")
             self._execution = execution = PlanExecution(request, self.now, forecast=forecast)
             self._enter(Phase.INITIALIZING)
@@ -272,7 +272,7 @@ class Engine(Task):
             self._succeed(execution, f"{node.name}: executing maneuver")
         else:
             self._publish_state()
-        self.log.info(f"{node.name}: executing maneuver")
+        self._replies.lines.write(self.log.info, f"{node.name}: executing maneuver")
         await self._command(inbox, execution, Command.EXEC_MANEUVER, maneuver=node.maneuver)
         name: str | None = None
         while name is None:
@@ -340,7 +340,7 @@ class Engine(Task):
 
     def _succeed(self, execution: PlanExecution, info: str) -> None:
         execution.info = info
-        self.log.info(f"reply -- Start Plan ({self._plan_id}) -- {info}")
+        self._replies.lines.write(self.log.info, f"reply -- Start Plan ({self._plan_id}) -- {info}")
         self._replies.succeed(execution.request, info, execution.statistics)
 
     def _enter(self, phase: Phase) -> None:

@@ -6,6 +6,7 @@ from runtime import Task
 from support.log_limit import LogLimit
 from support.token_bucket import TokenBuckets
 from tasks.plan.duplicate_requests import DuplicateRequests
+from tasks.plan.plan_lines import PlanLines
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
@@ -22,6 +23,7 @@ class Replies:
 
     def __init__(self, task: Task):
         self._task = task
+        self.lines = PlanLines(task)
         self._copies = DuplicateRequests(task.system)
         self._refusals = LogLimit("more requests are refused")
         self._starts = TokenBuckets(STARTS, AT_ONCE, MOST_SYSTEMS)
@@ -50,7 +52,12 @@ class Replies:
 
     def fail(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None, *, meant: bool = False) -> None:
         """FAILURE of a plan that had started; no error if a console has `meant` it to end."""
-        (self._task.log.info if meant else self._task.log.error)(info)
+        if meant:
+            self.lines.write(self._task.log.info, info)
+        elif self.lines.are_logged:
+            self._task.log.error(info)
+        else:
+            self._refusals.write(self._task.log.error, info, self._task.now)
         self._answer(request, Type.FAILURE, info, arg)
 
     def refuse(self, request: imc.PlanControl, info: str) -> None:

@@ -5,6 +5,7 @@ import math
 import imc
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
+from support.log_limit import LogLimit
 from tasks.supervisors.maneuver_launcher import ManeuverLauncher
 
 Mode = imc.VehicleState.OpMode
@@ -53,6 +54,7 @@ class Vehicle(Task):
         self._missed_beats = -1
         self._planned, self._planless_since = False, math.inf
         self._last_error, self._last_error_time = "", -1.0
+        self._abort_lines = LogLimit("more Aborts come", self.now)
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
         self._starter = ManeuverLauncher(self, self.maneuver_handling_timeout, self._unanswered)
@@ -136,7 +138,7 @@ class Vehicle(Task):
         ours = abort.src == self.system and abort.src_ent in self._complaints
         reason = f"{entity}: {self._complaints[abort.src_ent]}" if ours else ""
         self._note(reason or f"got abort request from system {system} - {abort.src} @ {entity}")
-        self.log.error(self._last_error)
+        self._abort_lines.write(self.log.error, self._last_error, self.now)
         self._reset(Mode.ERROR)
         self.publish(imc.Aborted())
 
