@@ -77,6 +77,8 @@ class Definition:
             value: Any = values.get(item.name, 0)
             if item.kind == "s":
                 yield value or b""
+            elif item.kind == "B" and isinstance(value, bytes):  # a part of a file: each byte fits
+                yield from value[: item.length].ljust(item.length, b"\0")
             elif item.length:
                 given = list(value)[: item.length] if value else []
                 yield from (_fit(item.kind, v) for v in given)

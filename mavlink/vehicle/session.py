@@ -14,6 +14,7 @@ HEARTBEAT_PERIOD = 1.0
 LIST_PERIOD = 0.005
 LIST_BURST = 5
 FILE_PERIOD = 0.005  # s
+STUCK_PERIOD = 0.05  # s after which a line that took nothing more is tried again
 PACKETS_AT_ONCE = 8  # of a file, in a period
 SHARE = 0.5  # of what a slow line carries, for a list or a file
 PARAMETER, PART = 50.0, 280.0  # bytes of a parameter and of a part of a file, with a signature
@@ -58,7 +59,8 @@ class LinkTraits:
     """How a peer is reached.
 
     speed: seconds of the vehicle's time that pass in one of the peer's. line: bytes per second that reach it. low:
-    whether it gets few of them unless it asks for more. sign: makes the signatures of frames.
+    whether it gets few of them unless it asks for more. sign: makes the signatures of frames. takes_more: whether what
+    is sent now leaves at once; lists and files wait until it does.
     """
 
     flavor: Flavor
@@ -66,6 +68,7 @@ class LinkTraits:
     line: float = math.inf
     low: bool = False
     sign: Callable[[bytes], bytes] | None = None
+    takes_more: Callable[[], bool] = lambda: True
 
 
 class Session:
@@ -96,6 +99,7 @@ class Session:
         self.retry_period = (LOW_PATIENCE if self.low else PATIENCE) * speed
         self._transmit = transmit
         self._sign = traits.sign
+        self._takes_more = traits.takes_more
         self._sequence = itertools.cycle(range(256))
         self._periods: dict[str, float] = {}
         self._due: dict[str, float] = {}
@@ -196,16 +200,28 @@ class Session:
                 due = max(due + period, now)
             self._due[name] = due
         if self._list and self._list_due < now + SOON:
-            for _ in range(min(LIST_BURST, len(self._list))):
-                self._list.pop()()
-            self._list_due = now + self._list_period
+            self._list_due = now + self._send_of_list()
         due = min(*self._due.values(), self._list_due if self._list else now + HEARTBEAT_PERIOD * self.speed)
         if self._file is not None and self._file_due < now + SOON:
-            if not self._file(now):
-                self._file = None
-            self._file_due = now + self._file_period
+            self._file_due = now + self._send_of_file(self._file, now)
         due = min(due, self._file_due) if self._file is not None else due
         return min([due, *(camera.poll(now) for camera in self.cameras)])
+
+    def _send_of_list(self) -> float:
+        """Send the next items of the list; returns the time until more are due (s)."""
+        if not self._takes_more():
+            return STUCK_PERIOD * self.speed
+        for _ in range(min(LIST_BURST, len(self._list))):
+            self._list.pop()()
+        return self._list_period
+
+    def _send_of_file(self, send: Callable[[float], bool], now: float) -> float:
+        """Send the next part of the file; returns the time until more is due (s)."""
+        if not self._takes_more():
+            return STUCK_PERIOD * self.speed
+        if not send(now):
+            self._file = None
+        return self._file_period
 
     def _chunks(self, severity: int, words: str) -> list[Fields]:
         self._text_number = self._text_number % 0xFFFF + 1

@@ -17,7 +17,10 @@ Asker = tuple[Session, int, int]
 
 
 class FileAndLogTransfer(MavlinkService):
-    """What stations read of the virtual files, and their logs; each gets only what it asked for itself."""
+    """What stations read of the virtual files, and their logs; each gets only what it asked for itself.
+
+    All readers share PACKETS_AT_ONCE in a period, each at least one packet, so that many of them delay nobody else.
+    """
 
     def __init__(self, files: VirtualFiles) -> None:
         self._files = FtpServer(files)
@@ -61,7 +64,7 @@ class FileAndLogTransfer(MavlinkService):
         readers = self._readers.get(session, {})
         for reader, message in list(readers.items()):
             asker = session, *reader
-            for _ in range(PACKETS_AT_ONCE):
+            for _ in range(self._packets_of_each):
                 if self._files.is_busy(asker) and (payload := self._files.next_payload(asker, now)) is not None:
                     session.reply(message, "FILE_TRANSFER_PROTOCOL", payload=payload)
                 if (said := self._logs.next_message(asker, now)) is not None:
@@ -69,6 +72,10 @@ class FileAndLogTransfer(MavlinkService):
             if not self._is_busy(asker):
                 del readers[reader]
         return bool(readers)
+
+    @property
+    def _packets_of_each(self) -> int:
+        return max(1, PACKETS_AT_ONCE // sum(map(len, self._readers.values())))  # integers
 
     def _erase(self, session: Session, message: ReceivedMessage, now: float) -> None:
         session.send_statustext(statustext.WARNING, "Logs are not erased by ground stations", now)

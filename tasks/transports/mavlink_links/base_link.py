@@ -38,7 +38,9 @@ class LinkHost(DeviceOwner, Protocol):
         """Seconds since a time (s since 1970) in which the process could receive something."""
         ...
 
-    def connect_peer(self, link: "Link", transmit: Callable[[bytes], object]) -> Session:
+    def connect_peer(
+        self, link: "Link", transmit: Callable[[bytes], object], takes_more: Callable[[], bool]
+    ) -> Session:
         """A session with a new peer."""
         ...
 
@@ -142,11 +144,16 @@ class Link:
         """The session with a peer, a new one if needed; None if the link is full."""
         found = self.sessions.get(peer)
         if found is None and (self.has_session_capacity() or self.make_room()):
-            found = self.sessions[peer] = self._host.connect_peer(self, lambda frame: self.send(frame, peer))
+            found = self._host.connect_peer(self, lambda frame: self.send(frame, peer), lambda: self.takes_more(peer))
+            self.sessions[peer] = found
         return found
 
     def reaches(self, peer: Peer) -> bool:
         """Whether something can be sent to a peer."""
+        return True
+
+    def takes_more(self, peer: Peer) -> bool:
+        """Whether what is sent to a peer now does not wait for what was sent before."""
         return True
 
     def has_session_capacity(self) -> bool:

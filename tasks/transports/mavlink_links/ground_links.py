@@ -169,11 +169,14 @@ class GroundLinksTask(Task):
         self.set_entity_state(*self.link_set.state(self.endpoint.id_conflicts.trouble(self.now)))
         self.send_due_messages()
 
-    def connect_peer(self, link: Link, transmit: Callable[[bytes], object]) -> Session:
+    def connect_peer(
+        self, link: Link, transmit: Callable[[bytes], object], takes_more: Callable[[], bool] = lambda: True
+    ) -> Session:
         url = link.url
         if self.recorder is not None:
             transmit = self.recorder.recording_transmit(url.flavor, transmit, lambda: self.now)
-        traits = LinkTraits(url.flavor, self.clock_speed, url.bytes_per_second, low=url.low, sign=link.signer)
+        speed, line = self.clock_speed, url.bytes_per_second
+        traits = LinkTraits(url.flavor, speed, line, low=url.low, sign=link.signer, takes_more=takes_more)
         return self.endpoint.connect(traits, transmit, self.now)
 
     @property

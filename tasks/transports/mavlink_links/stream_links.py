@@ -74,6 +74,11 @@ class StreamConnection:
     def is_open(self) -> bool:
         return self._device.is_open
 
+    @property
+    def takes_more(self) -> bool:
+        """Whether nothing waits."""
+        return not self._flushing
+
     def send(self, frame: bytes) -> None:
         if not self._device.is_open:
             return
@@ -154,6 +159,9 @@ class StreamLink(Link):
     def reaches(self, peer: Peer) -> bool:
         return self._connection is not None and self._connection.is_open
 
+    def takes_more(self, peer: Peer) -> bool:
+        return self._connection is not None and self._connection.takes_more
+
     def has_session_capacity(self) -> bool:
         return True
 
@@ -226,6 +234,9 @@ class TcpListenerLink(Link):
 
     def reaches(self, peer: Peer) -> bool:
         return peer in self._connections
+
+    def takes_more(self, peer: Peer) -> bool:
+        return peer in self._connections and self._connections[peer][0].takes_more
 
     def has_session_capacity(self) -> bool:
         return True  # whoever is connected has a place
