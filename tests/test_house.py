@@ -32,6 +32,7 @@ OPEN = {  # modules that are imported as they are
     *(
         "imc.console_acl",
         "imc.reserved_ids",
+        "imc.console_links",
         "imc.discovery",
         "imc.fragments",
         "imc.layout",

@@ -42,6 +42,7 @@ from mavlink.vehicle.model import AUTOPILOT, VehicleModel
 from mavlink.vehicle.parameters import ComponentMetadata, ParameterServer, ParameterTable
 from mavlink.vehicle.service import Handler
 from mavlink.vehicle.session import HEARTBEAT_PERIOD, LinkTraits, Session
+from mavlink.vehicle.stations_in_reach import StationsInReach
 from mavlink.vehicle.telemetry import AutopilotTelemetry, NamedValue, StreamService, TelemetryContext
 
 TICK_PERIOD = 1.0  # s
@@ -93,7 +94,7 @@ class VehicleEndpoint:
         self.plans = plans or PlanClient(port)
         self.mission = MissionStore(model, port, self.plans, self._report_reached)
         self.control = VehicleControl(model, port, self.plans, self.mission, self._send_statustext_now)
-        self.failsafe = GcsFailsafe(self.control)
+        self.failsafe, self.stations = GcsFailsafe(self.control), StationsInReach(port.age)
         self.parameters = ParameterTable(equipment.parameters)
         self.cameras = [
             CameraComponent(component, view, model, port, equipment.pictures)
@@ -197,6 +198,7 @@ class VehicleEndpoint:
             return "doubled"
         if not session.refusal:
             self.failsafe.receive(message, now)
+            self.stations.receive(message, now)
         session.note_contact(now)
         if message.name == "DATA_TRANSMISSION_HANDSHAKE":
             self._images.receive(session, message, now)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 
 import imc
+from imc.console_links import has_console
 from imc.reserved_ids import OPERATORS
 from runtime import State, Task, consume, param, periodic
 from runtime.profile import listed_consoles
@@ -116,6 +117,12 @@ class Emergency(Task):
     def on_heartbeat(self, beat: imc.Heartbeat) -> None:
         """Begin the time again while a console is in reach."""
         if beat.src in OPERATORS and self._consoles.may_command(beat.src):
+            self._heard = self.now
+
+    @consume
+    def on_links(self, links: imc.VehicleLinks) -> None:
+        """Begin the time again while a ground station of another protocol is in reach."""
+        if has_console(links):
             self._heard = self.now
 
     @consume(others=True)

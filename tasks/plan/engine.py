@@ -11,6 +11,7 @@ from runtime.task import Inbox, ParameterError
 from tasks.plan.actions import ActivationTimes, PlanActions, unsupported_setting_reasons
 from tasks.plan.execution_progress import NO_MANEUVER, PlanExecution
 from tasks.plan.outgoing_requests import COMMAND_TIMEOUT, MessageCache, OutgoingRequests
+from tasks.plan.plan_lines import PlanLines
 from tasks.plan.replies import Replies
 
 Op = imc.PlanControl.Op
@@ -60,7 +61,7 @@ class Engine(Task):
         self._plan_id = ""
         self._execution: PlanExecution | None = None
         self._stops = 0
-        self._requests, self._replies = OutgoingRequests(self), Replies(self)
+        self._requests, self._replies, self._lines = OutgoingRequests(self), Replies(self), PlanLines(self)
         self._supported: set[int] = set()
         self._activation_times = ActivationTimes(self.vehicle.entities)
         self._latest = MessageCache()
@@ -179,7 +180,7 @@ class Engine(Task):
         elif execution is not None and forecast is None:
             self.start_script(self._switch, request, self._stops)
         else:
-            self._replies.lines.begin_plan("" if execution is None else f"switching to {request.plan_id}")
+            self._lines.begin_plan("" if execution is None else f"switching to {request.plan_id}")
             if execution is not None:
                 self._give_up(execution, "replaced by another plan")
             self._execution = execution = PlanExecution(request, self.now, forecast=forecast)
@@ -272,7 +273,7 @@ class Engine(Task):
             self._succeed(execution, f"{node.name}: executing maneuver")
         else:
             self._publish_state()
-        self._replies.lines.write(self.log.info, f"{node.name}: executing maneuver")
+        self._lines.write(f"{node.name}: executing maneuver")
         await self._command(inbox, execution, Command.EXEC_MANEUVER, maneuver=node.maneuver)
         name: str | None = None
         while name is None:
@@ -311,6 +312,7 @@ class Engine(Task):
         if command and not lost and execution.actions is not None:
             self._requests.command(Command.STOP_MANEUVER)
         self._end(execution, Outcome.FAILURE)
+        self._lines.write_failure(reason)
         self._replies.fail(execution.request, reason, execution.statistics)
         self._enter(Phase.BLOCKED if lost else Phase.READY)
         self._end_log(execution)
@@ -318,7 +320,8 @@ class Engine(Task):
     def _give_up(self, execution: PlanExecution, reason: str) -> None:
         """End a plan at the request of a console; who started it gets the last reply."""
         self._end(execution, Outcome.FAILURE)
-        self._replies.fail(execution.request, reason, execution.statistics, meant=True)
+        self._lines.write(reason)
+        self._replies.fail(execution.request, reason, execution.statistics)
 
     def _end(self, execution: PlanExecution, outcome: Outcome) -> None:
         """End a plan: end actions, statistics."""
@@ -340,7 +343,7 @@ class Engine(Task):
 
     def _succeed(self, execution: PlanExecution, info: str) -> None:
         execution.info = info
-        self._replies.lines.write(self.log.info, f"reply -- Start Plan ({self._plan_id}) -- {info}")
+        self._lines.write(f"reply -- Start Plan ({self._plan_id}) -- {info}")
         self._replies.succeed(execution.request, info, execution.statistics)
 
     def _enter(self, phase: Phase) -> None:

@@ -1,8 +1,7 @@
 """Lines of the log book about the plan that is carried out."""
 
-from collections.abc import Callable
-
 from runtime import Task
+from support.log_limit import LogLimit
 from support.token_bucket import TokenBucket
 
 AT_ONCE, RATE = 10.0, 0.5  # plans whose lines are logged: at once, per second in the long run
@@ -18,16 +17,10 @@ class PlanLines:
     def __init__(self, task: Task) -> None:
         self._task = task
         self._bucket = TokenBucket(RATE, AT_ONCE, task.now)
+        self._failures = LogLimit("more plans fail", task.now)
         self._unlogged = 0
         self._began = task.now
         self._is_open = True
-
-    @property
-    def are_logged(self) -> bool:
-        """Whether the present plan is logged."""
-        if not self._is_open and self._task.now - self._began >= BRIEF:
-            self._open()
-        return self._is_open
 
     def begin_plan(self, warning: str) -> None:
         """Begin another plan, with a line if there is a `warning`."""
@@ -42,10 +35,16 @@ class PlanLines:
         self._is_open = False
         self._unlogged += 1
 
-    def write(self, log: Callable[[str], object], text: str) -> None:
-        """Give a line about the plan to `log`, a method of the log book."""
-        if self.are_logged:
-            log(text)
+    def write(self, text: str) -> None:
+        """Log a line about the plan."""
+        if not self._is_open and self._task.now - self._began >= BRIEF:
+            self._open()
+        if self._is_open:
+            self._task.log.info(text)
+
+    def write_failure(self, reason: str) -> None:
+        """Log why the plan has failed."""
+        self._failures.write(self._task.log.error, reason, self._task.now)
 
     def _open(self) -> None:
         self._is_open = True

@@ -6,7 +6,6 @@ from runtime import Task
 from support.log_limit import LogLimit
 from support.token_bucket import TokenBuckets
 from tasks.plan.duplicate_requests import DuplicateRequests
-from tasks.plan.plan_lines import PlanLines
 
 Op = imc.PlanControl.Op
 Type = imc.PlanControl.Type
@@ -23,7 +22,6 @@ class Replies:
 
     def __init__(self, task: Task):
         self._task = task
-        self.lines = PlanLines(task)
         self._copies = DuplicateRequests(task.system)
         self._refusals = LogLimit("more requests are refused")
         self._starts = TokenBuckets(STARTS, AT_ONCE, MOST_SYSTEMS)
@@ -50,14 +48,8 @@ class Replies:
         """SUCCESS; an empty `plan_id` is replaced by that of the request."""
         self._answer(request, Type.SUCCESS, info, arg, plan_id)
 
-    def fail(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None, *, meant: bool = False) -> None:
-        """FAILURE of a plan that had started; no error if a console has `meant` it to end."""
-        if meant:
-            self.lines.write(self._task.log.info, info)
-        elif self.lines.are_logged:
-            self._task.log.error(info)
-        else:
-            self._refusals.write(self._task.log.error, info, self._task.now)
+    def fail(self, request: imc.PlanControl, info: str, arg: imc.Message | None = None) -> None:
+        """FAILURE of a plan that had started."""
         self._answer(request, Type.FAILURE, info, arg)
 
     def refuse(self, request: imc.PlanControl, info: str) -> None:

@@ -5,7 +5,7 @@ from mavlink import KINDS, load_dialect, mavlink_system_id
 from mavlink.vehicle import VehicleEndpoint, VehicleEquipment, VehicleIdentity, VehicleModel
 from mavlink.vehicle.camera import parse_video
 from mavlink.vehicle.command import RelayNames
-from runtime import consume
+from runtime import consume, periodic
 from tasks.transports.mavlink_links.disk_usage_and_thumbnails import DiskPictures
 from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tasks.transports.mavlink_links.ground_links import GroundLinksTask
@@ -36,6 +36,18 @@ class MAVLink(GroundLinksTask):
             RelayNames(self.relays, self.lights, self.buttons),
         )
         return VehicleEndpoint(load_dialect(), model, self, equipment, warn=self.log.warning)
+
+    def start(self) -> None:
+        self._had_stations = False
+        super().start()
+
+    @periodic(1.0)
+    def publish_stations_in_reach(self) -> None:
+        """Publish the ground stations in reach, and once that there are none."""
+        stations = self.endpoint.stations.announcements(self.clock_speed)
+        if stations or self._had_stations:
+            self.publish(imc.VehicleLinks(localname=self.system_name, links=stations))
+        self._had_stations = bool(stations)
 
     @consume(others=True)
     def check_id_conflict(self, other: imc.Announce) -> None:

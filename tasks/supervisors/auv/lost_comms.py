@@ -1,6 +1,7 @@
 """Starts a plan when a vehicle whose plan has failed waits at the surface and no console is in reach."""
 
 import imc
+from imc.console_links import has_console
 from imc.reserved_ids import OPERATORS
 from runtime import State, Task, consume, param, periodic
 from runtime.profile import listed_consoles
@@ -19,7 +20,7 @@ class LostComms(Task):
     It waits for the plan: one that an operator stores, or that the database has at the start. An Abort disarms it until
     the plan is stored again: whoever aborts decides what comes next. The time begins when the vehicle floats,
     in mode SERVICE or ERROR, after a plan that has failed, and again with each Heartbeat of a console that
-    may command.
+    may command, and while VehicleLinks has a ground station.
     """
 
     plan_name: str = param("lostcomms", "", "Plan that is started.")
@@ -49,6 +50,12 @@ class LostComms(Task):
     def on_heartbeat(self, beat: imc.Heartbeat) -> None:
         """Begin again while a console is in reach."""
         if beat.src in OPERATORS and self._since is not None and self._consoles.may_command(beat.src):
+            self._since = self.now
+
+    @consume
+    def on_links(self, links: imc.VehicleLinks) -> None:
+        """Begin again while a ground station of another protocol is in reach."""
+        if self._since is not None and has_console(links):
             self._since = self.now
 
     @consume
