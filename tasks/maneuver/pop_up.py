@@ -19,7 +19,8 @@ class PopUp(Maneuver):
     """Goes to a point, spirals to the surface where it is then, waits there, and spirals down again where it is.
 
     With the flag WAIT_AT_SURFACE or STATION_KEEP it keeps near the place where it came up for its duration. Without
-    them it waits until a good fix confirms the navigation, for its duration at most; 0 is no limit.
+    them it waits until a good fix confirms the navigation. It never dives without one, as in DUNE, which waits forever:
+    after its duration it fails; 0 is no limit.
     """
 
     subscribed = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix, imc.DesiredZ)
@@ -50,7 +51,7 @@ class PopUp(Maneuver):
             station = surface._replace(lat=lat, lon=lon)
             await keep_station(self, station, max(self.station_radius, radius), max(1.0, popup.duration))
         else:
-            await self._until_fixed(self.now + popup.duration if popup.duration else math.inf)
+            await self._until_fixed(popup.duration)
         self.set_control_loops(Loops.PATH)
         await self._spiral(leg, radius)
 
@@ -68,15 +69,16 @@ class PopUp(Maneuver):
                 depth = "depth unknown" if self.state is None else f"depth {self.state.depth:.1f} m"
                 raise ManeuverError(f"has not surfaced: {depth}" + ("" if medium else ", VehicleMedium is missing"))
 
-    async def _until_fixed(self, end: float) -> None:
-        """Drift until a fix confirms where the vehicle is, at most until `end`."""
+    async def _until_fixed(self, seconds: float) -> None:
+        """Drift until a fix confirms the position. Raises ManeuverError after `seconds` without one; 0 is forever."""
+        end = self.now + (seconds or math.inf)
         while self.now < end:
             event = await self.next_message()
             if isinstance(event, imc.GpsFix) and self._confirms(event):
                 return
             if isinstance(event, imc.VehicleMedium):
                 self.report_progress(end - self.now)
-        self.report_missed("no good fix has confirmed the position")
+        raise ManeuverError(f"no good fix has confirmed the position within {seconds:g} s")
 
     def _confirms(self, fix: imc.GpsFix) -> bool:
         if self.state is None or not fix.validity & imc.GpsFix.Validity.VALID_POS:

@@ -102,9 +102,9 @@ class TriadErrors:
 class ImuPart:
     """An inertial measurement unit that can be bought: its data sheet's typical values; what it gives as limits is 3 σ.
 
-    The in-run bias stability of a data sheet is the minimum of the Allan deviation; the bias walks as that needs with
-    the white noise of the sheet. A real bias walks less after some minutes, and this one goes on. Where a sheet lacks
-    the figure (MPU-6000, accelerometers of the BMI088), it is AirSim's. Offsets count as calibrated before use.
+    The in-run bias stability of a data sheet is the minimum of the Allan deviation; the bias wanders as that needs with
+    the white noise of the sheet, within bounds (`NoiseDensity.from_bias_stability`). Where a sheet lacks the figure
+    (MPU-6000, accelerometers of the BMI088), it is AirSim's. Offsets count as calibrated before use.
     """
 
     gyroscope: TriadGrade
@@ -135,7 +135,8 @@ IMU_PARTS: Mapping[str, ImuPart] = MappingProxyType(
             TriadGrade.from_gyroscope_datasheet(_gyroscope(0.66, 14.5), 1000.0, 0.04, 0.33, 0.05, 0.0),
             TriadGrade.from_accelerometer_datasheet(_accelerometer(0.187, 250.0), 18.0, 0.833, 0.33, 0.2, 0.0),
         ),
-        # Bosch BST-BMI088-DS001 rev. 1.4, at ±2000 °/s and ±24 g; 0.014 °/s/√Hz are 0.84 °/√h
+        # Bosch BST-BMI088-DS001 rev. 1.4, at ±2000 °/s and ±24 g; 0.014 °/s/√Hz are 0.84 °/√h; 2 °/h is the "less than"
+        # of Bosch's description of the product, since the tables of the sheet have no stability
         "BMI088": ImuPart(
             TriadGrade.from_gyroscope_datasheet(_gyroscope(0.84, 2.0), 2000.0, 1 / 16.384, 0.33, 0.19, 0.0),
             TriadGrade.from_accelerometer_datasheet(_accelerometer(0.175, 36.0), 24.0, 1000 / 1365, 0.13, 0.1, 0.0),

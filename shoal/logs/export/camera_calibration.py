@@ -266,9 +266,9 @@ def noise_densities(part: ImuPart) -> dict[str, float]:
     """The noise of an IMU by the names of Kalibr."""
     return {
         "gyroscope_noise_density": part.gyroscope.density.white,
-        "gyroscope_random_walk": part.gyroscope.density.walk,
+        "gyroscope_random_walk": part.gyroscope.density.equivalent_walk,
         "accelerometer_noise_density": part.accelerometer.density.white,
-        "accelerometer_random_walk": part.accelerometer.density.walk,
+        "accelerometer_random_walk": part.accelerometer.density.equivalent_walk,
     }
 
 

@@ -12,9 +12,15 @@ BASIN = ("Bathymetry:Data=", "World:Out Of Bounds Depth=4")
 DEEP = ("Bathymetry:Data=", "World:Out Of Bounds Depth=60")
 
 
-def last_state(plan, seconds, *overrides):
-    """The first PlanControlState that is not EXECUTING after the start, and its time (s) after that; else the last."""
-    flight = underway("lauv-noptilus-1", plan, START + seconds, BLIND, *overrides, kinds=[imc.PlanControlState])
+def last_state(plan, seconds, *overrides, texts=None):
+    """The first PlanControlState that is not EXECUTING after the start, and its time (s) after that; else the last.
+
+    `texts` gets those of the log book.
+    """
+    kinds = [imc.PlanControlState, imc.LogBookEntry]
+    flight = underway("lauv-noptilus-1", plan, START + seconds, BLIND, *overrides, kinds=kinds)
+    if texts is not None:
+        texts.extend(entry.text for _, entry in flight.heard[imc.LogBookEntry])
     states = [(at - START, state) for at, state in flight.heard[imc.PlanControlState]]
     executing = imc.PlanControlState.State.EXECUTING
     began = next(i for i, (_, state) in enumerate(states) if state.state == executing)
@@ -78,18 +84,30 @@ def test_a_maneuver_that_cannot_do_what_it_is_for_fails(maneuver, seconds):
             id="pop-up that nobody sees surface",
         ),
         pytest.param(
+            imc.PopUp(**place(10, 0), z=2.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=20),
+            "Simulators.GPS:Number of Satellites=5",
+            250.0,
+            "no good fix has confirmed the position within 20 s",
+            id="pop-up without a good fix",
+        ),
+        pytest.param(
             imc.StationKeeping(**place(0, 0), z=0.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=150),
             "Simulators.StreamVelocity:Default Speed East=1.9",
             250.0,
             "along-track divergence error",
             id="station in a current that carries the vehicle off",
         ),
+        pytest.param(
+            imc.StationKeeping(**place(0, 0), z=0.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=30),
+            "Simulators.StreamVelocity:Default Speed East=1.9",
+            100.0,
+            "m from the station at the end, with a radius of 15 m",
+            id="station that is over before path control gives up",
+        ),
     ],
 )
 def test_a_maneuver_fails_that_what_surrounds_the_vehicle_prevents(maneuver, override, seconds, reason):
-    at, state = last_state(plan_of(maneuver), seconds, *DEEP, override)
+    texts = []
+    at, state = last_state(plan_of(maneuver), seconds, *DEEP, override, texts=texts)
     assert state.last_outcome == imc.PlanControlState.LastOutcome.FAILURE, (at, state)
-    kinds = [imc.LogBookEntry]
-    told = underway("lauv-noptilus-1", plan_of(maneuver), START + seconds, BLIND, *DEEP, override, kinds=kinds).heard
-    texts = [entry.text for _, entry in told[imc.LogBookEntry] if isinstance(entry, imc.LogBookEntry)]
     assert any(reason in text for text in texts), "\n".join(texts[6:])

@@ -86,15 +86,50 @@ def test_the_allan_deviation_of_a_part_has_its_minimum_at_the_stability_of_the_d
         (IMU_PARTS[part].gyroscope, math.radians(arw) / 60.0, math.radians(drift) / 3600.0),
         (IMU_PARTS[part].accelerometer, vrw * 1e-3 * G, wander * 1e-6 * G),
     ):
-        middle, count = triad.density.settling_time, 40_000
+        middle, count = triad.density.settling_time, 80_000
         rate = 40.0 / middle  # so that few samples tell; the noise is the same at any rate
         noisy, draws = NoisyTriad(triad.density), StandardNormals(np.random.default_rng(5), 6)
         samples = np.array([noisy.add_noise((0.0, 0.0, 0.0), 1.0 / rate, next(draws)) for _ in range(count)])
-        curve = {tau: math.sqrt(np.mean(allan(samples, rate, tau) ** 2)) for tau in middle * 2.0 ** np.arange(-3, 4)}
+        curve = {tau: math.sqrt(np.mean(allan(samples, rate, tau) ** 2)) for tau in middle * 2.0 ** np.arange(-3, 3)}
         assert min(curve.values()) == pytest.approx(stability, rel=0.05)
-        assert curve[min(curve)] == pytest.approx(
-            math.sqrt(white**2 / min(curve) + white**-2 * stability**4 * min(curve) / 4), rel=0.05
-        )
+        assert triad.density.white == pytest.approx(white)
+        for tau, measured in curve.items():
+            assert measured == pytest.approx(triad.density.allan_deviation(tau), rel=0.08)
+        least = triad.density.allan_deviation(middle)
+        assert least == pytest.approx(stability)
+        assert all(triad.density.allan_deviation(middle * r) > least for r in (0.3, 0.7, 0.95, 1.05, 1.5, 5.0))
+
+
+@pytest.mark.parametrize("part", SHEETS)
+@pytest.mark.parametrize("hours", [1.0, 10.0])
+def test_the_bias_of_a_part_stays_within_twice_the_stability_of_the_data_sheet(part, hours):
+    _, drift, _, wander = SHEETS[part]
+    for triad, stability in (
+        (IMU_PARTS[part].gyroscope, math.radians(drift) / 3600.0),
+        (IMU_PARTS[part].accelerometer, wander * 1e-6 * G),
+    ):
+        steps, random = 60, np.random.default_rng(3)
+        after = []
+        for _ in range(60):
+            noisy = NoisyTriad(triad.density)
+            for draws in random.standard_normal((steps, 6)).tolist():
+                noisy.add_noise((0.0, 0.0, 0.0), 3600.0 * hours / steps, draws)
+            after.extend(noisy.add_noise((0.0, 0.0, 0.0), 1.0, [0.0] * 6))
+        assert np.std(after) < 2.0 * stability
+        assert np.std(after) > 0.5 * stability
+
+
+def test_the_bias_keeps_its_spread_at_any_interval():
+    """Steps of the exact discrete process: a hundred short ones spread as much as one long one."""
+    density = IMU_PARTS["ADIS16448"].gyroscope.density
+    long = density.memory
+    kept, spread = 1.0, 0.0
+    for _ in range(100):
+        share, (_, step) = density.share_kept(long / 100), density.sample_sigmas(long / 100)
+        kept, spread = kept * share, spread * share**2 + step**2
+    assert kept == pytest.approx(density.share_kept(long))
+    assert math.sqrt(spread) == pytest.approx(density.sample_sigmas(long)[1])
+    assert density.sample_sigmas(1e-3)[1] == pytest.approx(density.walk * math.sqrt(1e-3), rel=1e-4)
 
 
 @pytest.mark.heavy
