@@ -18,8 +18,8 @@ from shoal.cli.findings import STYLES
 from shoal.cli.json_output import json_option, print_json, problem_to_dict
 from shoal.cli.options import add_user_task_folders, code_option, config_dir_option, modes_option, overrides_option
 from shoal.cli.plan_capability import plan_problem
-from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.fleet import SYSTEM_ID, mavlink_id
+from shoal.missions import fixed_wing_problem, motion_problem, motion_warning
 from support.diagnostics import Problem, ProfileError
 
 
@@ -62,8 +62,7 @@ def check(
             problems += profile.file_problems
             selected = profile.parse_modes(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
-            if not any(problem.severity == "error" for problem in problems):
-                problems += _build_problems(profile, selected)
+            problems += [each for each in _build_problems(profile, selected) if each not in problems]
             problems += _mavlink_id_conflict(profile, speakers, together=bool(names))
         except ProfileError as error:
             problems += error.problems
@@ -110,6 +109,9 @@ def _build_problems(profile: Profile, chosen: Collection[str] | None) -> list[Pr
                 found += [Problem("note", *section.origin, f"[{section.name}] {reason}") for section in sections]
         except ProfileError as error:
             found += error.problems
+            enabled = [name for name in profile.config.sections if profile.is_task_enabled(name, selected)]
+            wing = fixed_wing_problem(profile, enabled)
+            found += [wing] if wing is not None else []
     return list(dict.fromkeys(found))
 
 

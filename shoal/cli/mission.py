@@ -30,7 +30,6 @@ from shoal.cli.options import (
 from shoal.cli.progress_bar import ProgressBar
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
-from shoal.cli.simulated_motion import motion_problem
 from shoal.missions import (
     ManeuverReport,
     Mission,
@@ -38,12 +37,14 @@ from shoal.missions import (
     Report,
     load_plan,
     locate_reason,
+    motion_warning,
     prepare,
     profile_context,
 )
 from support.diagnostics import ProfileError
 from support.durations import parse_duration
 from support.file_errors import describe_os_error
+from support.terminal_text import printable
 
 REFRESH = 0.1  # s between updates
 CANNOT_FLY = 2  # exit status if a file or the profile is wrong
@@ -100,11 +101,10 @@ def mission(
             state_folder=state_folder,
         )
         if isinstance(flown := made.vehicle.profile, Profile):
-            report_profile_warnings(
-                check_profile(flown, {}, flown.parse_modes(flown.value("General", "Selected")), find_task), profile
-            )
-            if problem := motion_problem(made, flown):
-                raise ProfileError([problem])
+            selected = flown.parse_modes(flown.value("General", "Selected"))
+            report_profile_warnings(check_profile(flown, {}, selected, find_task), profile)
+            if text := motion_warning(made, flown, selected):
+                click.echo(printable(f"warning: {text}"), err=True)
         flown = made.vehicle.profile
         context = profile_context(flown) if isinstance(flown, Profile) else None
         specification = load_plan(plan, context, remark=partial(click.echo, err=True))

@@ -27,11 +27,11 @@ from shoal.cli.options import (
     require_text,
 )
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
-from shoal.cli.simulated_motion import motion_problem, motion_warning
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
 from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, stop_with_parent, supervise
 from shoal.fleet import Supervisor
+from shoal.missions import motion_problem, motion_warning
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.file_errors import describe_os_error
 from support.terminal_text import printable

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -50,6 +51,7 @@ REFRESH = 0.5  # s
 QUIET = 5.0  # s without a message to show, after which the reason is told
 MOST_NAMED = 8
 WINDOW = 3.0  # s over which a live rate is taken
+RATES = re.compile(r"\b(rates?|hz|frequency|period)\b", re.IGNORECASE)
 SHORTEST = 0.1  # s over which a rate means something
 ASK_AGAIN = 0.5  # s between questions for the labels of entities
 
@@ -92,7 +94,7 @@ def spy(
     try:
         test = parse_message_filter(where, kinds, schema)
     except ValueError as error:
-        raise click.BadParameter(str(error), param_hint="--where") from None
+        raise click.BadParameter(f"{error}{_rates_hint(where)}", param_hint="--where") from None
     names = tuple(name.strip() for name in fields.split(",") if name.strip())
     _check_fields(names, kinds or [schema[name] for name in schema.types])
     if hz and (names or count is not None):
@@ -133,6 +135,11 @@ def spy(
     results = run_on_selection(vehicle, options, act, takes_clash=True, on_error=print_error)
     if any(result.error for result in results):
         raise click.exceptions.Exit(1)
+
+
+def _rates_hint(where: str) -> str:
+    """A pointer to --hz for a condition about rates, which no single message has."""
+    return "; spy --hz shows the rates of messages" if RATES.search(where) else ""
 
 
 class SpyFilter:

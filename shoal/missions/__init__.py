@@ -7,6 +7,7 @@ from shoal.missions.plan_file_reader import MISSION_SUFFIXES, PLAN_SUFFIXES, loa
 from shoal.missions.plan_file_writer import plan_file_text
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.simulated_flight import AUTOSTART, fly, parse_modes_or_default, prepare
+from shoal.missions.simulated_motion import fixed_wing_problem, motion_problem, motion_warning
 from shoal.missions.start_request import PlanStartRequest, find_start_request
 
 __all__ = [
@@ -23,9 +24,12 @@ __all__ = [
     "Report",
     "announced_context",
     "find_start_request",
+    "fixed_wing_problem",
     "fly",
     "load_plan",
     "locate_reason",
+    "motion_problem",
+    "motion_warning",
     "parse_modes_or_default",
     "parse_plan",
     "plan_file_text",

@@ -12,6 +12,8 @@ from shoal.missions.mission import Mission
 from shoal.missions.mission_context import profile_context
 from shoal.missions.plan_file_reader import load_plan
 from shoal.missions.report import Report
+from shoal.missions.simulated_motion import motion_problem
+from support.diagnostics import ProfileError
 
 USUAL_MODES = ("Simulation", "Kinematic")
 AUTOSTART, LOGGER = "Plan.Autostart", "Transports.Logging"
@@ -65,8 +67,8 @@ def prepare(
     """Build the vehicle of a profile for a mission; it starts no plan by itself.
 
     `modes` defaults to Simulation, or else Kinematic. `vehicle` replaces the name of the profile. In a `fleet` it uses
-    the clock of the fleet. Without a `log_root` it writes no log. Raises ProfileError if the profile is wrong,
-    FleetError if the name is taken.
+    the clock of the fleet. Without a `log_root` it writes no log. Raises ProfileError if the profile is wrong, or if
+    the vehicle would stand still or be another one (`motion_problem`); FleetError if the name is taken.
     """
     loaded = load_profile(profile, tuple(config_dir), vehicle=vehicle, overrides=tuple(overrides))
     if AUTOSTART in loaded.config.sections:
@@ -75,7 +77,7 @@ def prepare(
         if section.partition("/")[0] == LOGGER:
             loaded.override(f"{section}:Enabled=Never")
     chosen = parse_clock(clock, loaded.start_time_ns) if isinstance(clock, str) else clock
-    return build(
+    made = build(
         loaded,
         parse_modes_or_default(loaded, modes),
         clock=chosen if fleet is None else None,
@@ -84,6 +86,10 @@ def prepare(
         log_root=log_root or state_folder / "log",
         state_folder=state_folder,
     )
+    if problem := motion_problem(made, loaded):
+        made.vehicle.close()
+        raise ProfileError([problem])
+    return made
 
 
 def parse_modes_or_default(profile: Profile, modes: Sequence[str] = ()) -> frozenset[str]:

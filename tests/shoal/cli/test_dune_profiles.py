@@ -9,8 +9,8 @@ from runtime.kernel import VirtualClock
 from runtime.profile import dune_section_names, load_profile
 from runtime.vehicle import build, find_task
 from shoal.cli import main
-from shoal.cli.simulated_motion import FIXED_WING
 from shoal.missions import Mission, parse_plan, prepare
+from shoal.missions.simulated_motion import FIXED_WING
 from tasks.simulators.uav import UAV
 
 # DUNE has the maneuvers of a vehicle in one section, common/maneuvers.ini, and options that Shoal has not.
@@ -253,6 +253,35 @@ def test_a_simulated_vehicle_that_nothing_moves_or_that_is_another_one_does_not_
         result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), *modes])
         assert result.exit_code == 1
         assert re.search(rf"wing\.ini:\d+: error: {re.escape(reason)}", result.output)
+
+
+def test_a_fixed_wing_is_reported_beside_other_mistakes(tmp_path):
+    """Also in scenarios, and where the profile has an error of its own."""
+    text = WING + "[Simulators.UAV]\nBank Time Constant = 1\n[Nothing.Known]\nEnabled = Always\n"
+    (tmp_path / "wing.ini").write_text(text)
+    result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), "-p", "Simulation"])
+    assert "[Nothing.Known]" in result.output
+    assert "error: [Simulators.UAV] Bank Time Constant: that is a fixed wing of DUNE" in result.output
+    (tmp_path / "wing.ini").write_text(text[: text.index("[Nothing")])
+    scenario = "scenario: s\nvehicle: {profile: wing.ini}\nlimit: 5 s\nexpect: [{always: EstimatedState.z < 9 m}]\n"
+    (tmp_path / "s.scenario.yaml").write_text(scenario)
+    result = CliRunner().invoke(main, ["test", str(tmp_path / "s.scenario.yaml")])
+    assert result.exit_code != 0
+    assert "that is a fixed wing of DUNE" in result.output
+
+
+def test_commands_agree_on_a_vehicle_without_a_simulator(tmp_path):
+    (tmp_path / "wing.ini").write_text(WING + "[Simulators.UAV]\nEnabled = Never\n")
+    (tmp_path / "p.yaml").write_text("plan: p\nmaneuvers:\n- idle: {duration: 1}\n")
+    path, log = str(tmp_path / "wing.ini"), ["--log-dir", str(tmp_path / "log")]
+    for command in (
+        ["check", path],
+        ["check", path, "-p", "Simulation"],
+        ["run", path, "-p", "Simulation", "--clock", "virtual", "--for", "1s", *log],
+        ["mission", path, str(tmp_path / "p.yaml"), *log],
+    ):
+        result = CliRunner().invoke(main, command)
+        assert "warning: nothing simulates the motion of wing" in result.output, command
 
 
 @pytest.mark.parametrize("option", sorted(FIXED_WING))

@@ -206,6 +206,14 @@ def test_wrong_use_is_status_2(words: tuple[str, ...]) -> None:
     assert "Traceback" not in result.output
 
 
+@pytest.mark.parametrize("where", ["rate(EstimatedState) > 5", "rate > 5 Hz", "EstimatedState.hz < 10"])
+def test_a_condition_about_rates_points_to_the_option_for_them(where: str) -> None:
+    result = shoal("spy", NAME, "--where", where)
+    assert result.exit_code == 2
+    assert "spy --hz shows the rates of messages" in " ".join(result.output.split())
+    assert "--hz" not in shoal("spy", NAME, "EstimatedState", "--where", "deth > 2").output.replace("\n", "")
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("words", [("ls",), ("abort", NAME)])
 def test_nobody_there_is_status_1(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """Whether a simulated vehicle moves: a profile of DUNE may have simulators that are not in Shoal."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from runtime.profile import Profile
 from runtime.vehicle import Build
@@ -46,20 +46,28 @@ def motion_problem(made: Build, profile: Profile) -> Problem | None:
     Only a vehicle that flies plans is meant. Tasks of the user's own may simulate it, so nothing is reported where one
     runs.
     """
-    for section in (task.name for task in made.vehicle.tasks if task.name.partition("/")[0] == MULTIROTOR):
-        options = profile.config.sections[section].options.values()
-        for option in options:
+    if wing := fixed_wing_problem(profile, (task.name for task in made.vehicle.tasks)):
+        return wing
+    missing = [name for names in made.skipped.values() for name in names if name.startswith("Simulators.")]
+    if not missing or not _stands(made):
+        return None
+    origin = profile.config.sections[missing[0]].origin
+    return Problem("error", *origin, f"{_nothing_moves(profile)}: {', '.join(missing)} cannot run here")
+
+
+def fixed_wing_problem(profile: Profile, sections: Iterable[str]) -> Problem | None:
+    """The first option in these sections that describes a fixed wing of DUNE; None without one."""
+    for section in sections:
+        if section.partition("/")[0] != MULTIROTOR:
+            continue
+        for option in profile.config.sections[section].options.values():
             if option.name.casefold() in FIXED_WING:
                 text = (
                     f"[{section}] {option.name}: that is a fixed wing of DUNE; {MULTIROTOR} here is a multirotor, "
                     "and there is no simulator of fixed wings"
                 )
                 return Problem("error", *option.origin, text)
-    missing = [name for names in made.skipped.values() for name in names if name.startswith("Simulators.")]
-    if not missing or not _stands(made):
-        return None
-    origin = profile.config.sections[missing[0]].origin
-    return Problem("error", *origin, f"{_nothing_moves(profile)}: {', '.join(missing)} cannot run here")
+    return None
 
 
 def motion_warning(made: Build, profile: Profile, selected: Collection[str]) -> str:
