@@ -101,7 +101,7 @@ class AsyncRemotePlans:
         ignore_errors: bool = False,
         progress: Callable[[imc.PlanControlState], object] | None = None,
     ) -> PlanOutcome | None:
-        """Start a stored plan, or one that goes with the request, which the vehicle then also stores.
+        """Start a stored plan, or one that is sent with the request, which the vehicle stores once it has accepted it.
 
         Waits for the end, unless `wait` is False; `progress` gets each report until then. Raises Refused if the vehicle
         does not start it.

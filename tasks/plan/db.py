@@ -47,10 +47,11 @@ class DB(Task):
     def start(self) -> None:
         self._reply_to_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
-        self._copies = DuplicateRequests(self.system)
+        self._copies, self._copies_of_starts = DuplicateRequests(self.system), DuplicateRequests(self.system)
         self._refusals = LogLimit("more requests are refused")
         self._pace = TokenBucket(CHANGES, AT_ONCE)
         self._waiting: deque[imc.PlanDB | imc.PlanControl] = deque()
+        self._unchecked: dict[tuple[int, ...], imc.PlanControl] = {}  # until the plan engine answers
         self._current: imc.PlanDBState | None = None
         self._published, self._is_due = -STATE_PERIOD, False
         try:
@@ -96,23 +97,30 @@ class DB(Task):
             self._answer(request, Type.FAILURE, TOO_MANY)
 
     @consume(others=True)
-    def keep_started(self, request: imc.PlanControl) -> None:
-        """Also store a plan that is started or loaded with its specification."""
-        plan, kinds = request.arg, imc.PlanControl
-        own = request.src == self.system and request.dst == UNKNOWN_SYSTEM
-        if (
-            request.type != kinds.Type.REQUEST
-            or request.op not in (kinds.Op.START, kinds.Op.LOAD)
-            or not (own or request.dst in (self.system, BROADCAST))
-            or not isinstance(plan, imc.PlanSpecification)
-            or not plan.plan_id
-            or plan.plan_id != request.plan_id
-        ):
-            return
+    def keep_started(self, message: imc.PlanControl) -> None:
+        """Store a plan that is started or loaded with its specification, once the plan engine has accepted it.
+
+        A plan that is rejected leaves what is stored under its name.
+        """
+        kinds = imc.PlanControl.Type
+        if message.type == kinds.REQUEST:
+            own = message.src == self.system and message.dst == UNKNOWN_SYSTEM
+            is_for_me = own or message.dst in (self.system, BROADCAST)
+            if is_for_me and _has_specification(message) and not self._copies_of_starts.is_duplicate(message):
+                self._unchecked[message.src, message.src_ent, message.request_id, message.op] = message
+                while len(self._unchecked) > MOST_WAITING:  # without a plan engine nobody answers
+                    del self._unchecked[next(iter(self._unchecked))]
+        elif message.src == self.system and message.type in (kinds.SUCCESS, kinds.FAILURE):
+            key = message.dst, message.dst_ent, message.request_id, message.op
+            request = self._unchecked.pop(key, None)
+            if request is not None and message.type == kinds.SUCCESS:
+                self._keep_when_possible(request)
+
+    def _keep_when_possible(self, request: imc.PlanControl) -> None:
         if self._is_next(request):
-            self._keep(request, plan)
+            self._keep(request)
         elif not self._wait(request):
-            self._refusals.write(self.log.warning, f"{TOO_MANY}: not stored: {plan.plan_id!r}", self.now)
+            self._refusals.write(self.log.warning, f"{TOO_MANY}: not stored: {request.plan_id!r}", self.now)
 
     def _is_next(self, request: imc.PlanDB | imc.PlanControl) -> bool:
         """Whether a request can be served now: those of one system in their order, changes as the disk can take them.
@@ -140,13 +148,14 @@ class DB(Task):
             request = self._waiting.popleft()
             if isinstance(request, imc.PlanDB):
                 self._serve(request)
-            elif isinstance(request.arg, imc.PlanSpecification):
-                self._keep(request, request.arg)
+            else:
+                self._keep(request)
         if self._waiting:
             self.after(1.0 / CHANGES, self._serve_waiting)
 
-    def _keep(self, request: imc.PlanControl, plan: imc.PlanSpecification) -> None:
-        answer = imc.PlanDB(op=Op.SET, plan_id=plan.plan_id)
+    def _keep(self, request: imc.PlanControl) -> None:
+        plan, answer = request.arg, imc.PlanDB(op=Op.SET, plan_id=request.plan_id)
+        assert isinstance(plan, imc.PlanSpecification)
         try:
             stored, new = self._store.set(plan, self._change(request))
         except (sqlite3.Error, StoreFullError) as error:
@@ -287,6 +296,12 @@ class DB(Task):
             kept = store.copy_readable(aside)
             self.log.error(f"{path.name}: {error}; renamed to {aside.name}, of which {kept} plans could be read")
             return store
+
+
+def _has_specification(request: imc.PlanControl) -> bool:
+    ops, plan = imc.PlanControl.Op, request.arg
+    is_plan = isinstance(plan, imc.PlanSpecification) and bool(plan.plan_id) and plan.plan_id == request.plan_id
+    return is_plan and request.op in (ops.START, ops.LOAD)
 
 
 def _reads(request: imc.PlanDB | imc.PlanControl) -> bool:

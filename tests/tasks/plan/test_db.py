@@ -119,10 +119,17 @@ def test_a_request_of_another_vehicle_for_all_is_its_own_and_one_of_a_console_is
     assert reply.arg.plan_count == 0
 
 
+def answered(request, kind=imc.PlanControl.Type.SUCCESS):
+    """A request, and the answer of the plan engine to it."""
+    return request, request.replace(timestamp=1.1, type=kind, src=OWN, dst=CCU, arg=None)
+
+
 def test_a_plan_that_is_started_with_its_specification_is_kept():
-    start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)
-    other = start.replace(plan_id="z")
-    kept, state = served(start, other, ask(Op.GET_STATE, at=2.0))
+    start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A, request_id=4)
+    other = start.replace(plan_id="z", request_id=5)
+    unchecked = start.replace(plan_id="b", arg=B, request_id=6)
+    failed = answered(start.replace(plan_id="b", arg=B, request_id=7), imc.PlanControl.Type.FAILURE)
+    kept, state = served(*answered(start), *answered(other), unchecked, *failed, ask(Op.GET_STATE, at=2.0))
     assert (kept.op, kept.type, kept.dst, kept.plan_id) == (Op.SET, Type.SUCCESS, 0xFFFF, "a")
     assert [info.plan_id for info in state.arg.plans_info] == ["a"]
 
@@ -136,7 +143,7 @@ def test_a_plan_that_is_started_and_cannot_be_kept_is_told_and_harms_nothing():
             self._store.close()
 
     start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)
-    run = simulate(Full, [start], seconds=3)
+    run = simulate(Full, answered(start), seconds=3)
     kept = run.of(imc.PlanDB)[-1]
     assert (kept.op, kept.type, kept.dst, kept.plan_id) == (Op.SET, Type.FAILURE, 0xFFFF, "a")
     assert kept.info.startswith("database: ")
@@ -172,7 +179,7 @@ def test_all_plans_together_have_a_limit(monkeypatch):
 
 def test_a_plan_that_is_started_and_finds_no_room_is_told(monkeypatch):
     monkeypatch.setattr("tasks.plan.store.MOST_PLANS", 0)
-    (kept,) = served(imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A))
+    (kept,) = served(*answered(imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)))
     assert (kept.type, kept.info) == (Type.FAILURE, "database: 0 plans are stored, which is the limit: delete some")
 
 

@@ -21,6 +21,7 @@ class Radio(Task):
     def bring(self) -> None:
         if self.now > START + 4.0:
             self.relay(imc.encode(BEGIN))
+        if self.now > START + 5.0:  # the plan is stored by now
             self.relay(imc.encode(DELETE))
 
 
@@ -33,6 +34,8 @@ def test_a_copy_gets_the_same_answer_and_changes_nothing():
     deleted = [m.info for m in run.of(imc.PlanDB) if m.op == imc.PlanDB.Op.DEL and m.type == imc.PlanDB.Type.SUCCESS]
     assert len(deleted) > 5
     assert set(deleted) == {"OK"}
+    stored = [m.info for m in run.of(imc.PlanDB) if m.op == imc.PlanDB.Op.SET and m.type == imc.PlanDB.Type.SUCCESS]
+    assert stored == ["OK (new entry)"]
 
 
 def test_only_so_many_are_remembered():

@@ -162,6 +162,26 @@ def test_a_plan_in_the_request_and_a_single_maneuver_start_at_once(console):
         console.wait(imc.VehicleState, lambda s: s.op_mode == imc.VehicleState.OpMode.SERVICE, 30.0)
 
 
+@pytest.mark.parametrize("op", ["START", "LOAD"])
+def test_a_plan_in_a_rejected_request_leaves_the_stored_plan_of_its_name(console, op):
+    ops, types = imc.PlanDB.Op, imc.PlanControl.Type
+    stored = goto_plan(console)
+    console.ask(plan_db(ops.SET, "survey", stored), imc.PlanDB, settled)
+    (step,) = stored.maneuvers
+    far = step.replace(data=step.data.replace(lat=step.data.lat + 1.0))
+    for number, name in enumerate(("survey", "newcomer"), 60):
+        wrong = stored.replace(plan_id=name, maneuvers=(far,))
+        request = plan_control(imc.PlanControl.Op[op], name, arg=wrong, request_id=number)
+        assert console.ask(request, imc.PlanControl).type == types.FAILURE
+    got = console.ask(plan_db(ops.GET, "survey"), imc.PlanDB, settled)
+    assert imc.encode(got.arg)[20:-2] == imc.encode(stored)[20:-2]
+    assert console.ask(plan_db(ops.GET, "newcomer"), imc.PlanDB, settled).info == "undefined plan"
+    better = stored.replace(description="accepted")
+    accepted = console.ask(plan_control(imc.PlanControl.Op.LOAD, "survey", arg=better, request_id=70), imc.PlanControl)
+    assert (accepted.type, accepted.info) == (types.SUCCESS, "plan loaded")
+    assert console.ask(plan_db(ops.GET, "survey"), imc.PlanDB, settled).arg.description == "accepted"
+
+
 def test_limits_are_told_and_changed(console):
     limits = console.ask(imc.GetOperationalLimits(), imc.OperationalLimits)
     wish = limits.replace(max_speed=1.5, mask=limits.mask | imc.OpLimitsMask.MAX_SPEED, timestamp=-1.0)
