@@ -91,13 +91,14 @@ def build(
         entity_ids = assign_ids(_labels(profile), profile.entity_ids)
         for label, number in entity_ids.items():
             profile.override(f"{ENTITY_IDS}:{label}={number}")
+    systems = profile.systems
     vehicle = Vehicle(
         profile.vehicle,
-        profile.system_id,
+        systems[profile.vehicle],
         clock=clock,
         fleet=fleet,
         profile=profile,
-        systems=profile.systems,
+        systems=systems,
         seed=seed,
         keep_going=keep_going,
         log_root=log_root,
@@ -113,7 +114,7 @@ def build(
         if wanted and section.name != dune_section_names.MULTIPLEXER:
             problems += _build_task(made, profile, section, process, skip_missing_extras)
     if made.off and only is None:
-        problems += _problems_of_external(profile, selected, made.off, seed, entity_ids)
+        problems += _problems_of_external(made, profile, systems, entity_ids)
     if problems:
         vehicle.close()
         raise ProfileError(list(dict.fromkeys(problems)))
@@ -160,23 +161,30 @@ def _build_task(
 
 
 def _problems_of_external(
-    profile: Profile, selected: Collection[str], sections: Collection[str], seed: int, entity_ids: Mapping[str, int]
+    made: Build, profile: Profile, systems: Mapping[str, int], entity_ids: Mapping[str, int]
 ) -> list[Problem]:
-    """The mistakes in sections that virtual time skips: a run in real time would refuse them."""
-    try:
-        alone = build(
-            profile,
-            selected,
+    """The mistakes in sections that virtual time skips: a run in real time would refuse them.
+
+    Their tasks are created for a vehicle of their own, with the ids and the seed of the other, which never starts.
+    """
+    of = made.vehicle
+    alone = Build(
+        Vehicle(
+            of.name,
+            of.system,
             clock=WallClock(),
-            only=sections,
-            seed=seed,
+            profile=profile,
+            systems=systems,
+            seed=of.seed,
             entity_ids=entity_ids,
-            skip_missing_extras=True,
+            messages=of.bus.messages,
         )
-    except ProfileError as error:
-        return error.problems
-    alone.vehicle.close()
-    return []
+    )
+    try:
+        sections = (profile.config.sections[name] for name in made.off)
+        return [problem for section in sections for problem in _build_task(alone, profile, section, None, True)]
+    finally:
+        alone.vehicle.close()
 
 
 def _add_task(vehicle: Vehicle, profile: Profile, section: Section, cls: type[Task]) -> list[Problem]:

@@ -6,7 +6,7 @@ import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build, check_profile, find_task
-from support.diagnostics import ProfileError
+from support.diagnostics import COMMAND_LINE, ProfileError
 from tests.outside import FILE_EXISTS
 
 
@@ -51,6 +51,18 @@ def test_what_is_skipped_is_listed_with_the_reason(tmp_path):
 )
 def test_a_virtual_run_rejects_wrong_options_of_links_too(tmp_path, text, words):
     assert words in refused(tmp_path, text)
+
+
+def test_links_that_virtual_time_skips_are_checked_without_a_second_pass_over_the_profile():
+    """A campaign builds a vehicle for each of thousands of runs."""
+    profile = load_profile("lauv-noptilus-1")
+    built = build(profile, ["Simulation"], clock=VirtualClock(profile.start_time_ns))
+    built.vehicle.close()
+    assert "Transports.UDP" in built.off
+    for option in ("Seed", "Selected"):
+        found = profile.config.option("General", option)
+        assert found is not None
+        assert [assigned.origin.file for assigned in found.history].count(COMMAND_LINE.file) == 1
 
 
 def test_bad_values_and_labels_name_file_and_line(tmp_path):
