@@ -15,7 +15,7 @@ from support.file_errors import add_path_to_errors
 
 def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
     """Replace the content of a file by `data`, like `replace_file`; missing folders are made."""
-    _make(path.parent)
+    make_folder(path.parent)
     with replace_file(path, mode) as file:
         file.write(data)
 
@@ -55,14 +55,14 @@ def _commit(part: Path, path: Path) -> None:
     finally:
         os.close(descriptor)
     os.replace(part, path)
-    _sync(path.parent)
+    sync_path(path.parent)
 
 
 def remove_file(path: Path) -> None:
     """Remove a file, if it is there, for good. Raises OSError that names the path."""
     with contextlib.suppress(FileNotFoundError):
         path.unlink()
-        _sync(path.parent)
+        sync_path(path.parent)
 
 
 @contextmanager
@@ -103,25 +103,26 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
                         os.replace(file, path / file.name)
             else:
                 os.replace(part, path)
-                _sync(path.parent)
+                sync_path(path.parent)
     finally:
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _make(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
+    """Make a folder and its missing parents, which are on the disk afterwards. Raises OSError."""
     if not folder.is_dir():
-        _make(folder.parent)
+        make_folder(folder.parent)
         folder.mkdir(exist_ok=True)
-        _sync(folder.parent)
+        sync_path(folder.parent)
 
 
-def _sync(folder: Path) -> None:
-    """Put the names in a folder on the disk, where the system can."""
+def sync_path(path: Path) -> None:
+    """Put a file, or the names in a folder, on the disk, where the system can. Raises OSError that names the path."""
     if os.name != "posix":
         return
-    with add_path_to_errors(folder):
+    with add_path_to_errors(path):
         try:
-            descriptor = os.open(folder, os.O_RDONLY)
+            descriptor = os.open(path, os.O_RDONLY)
             try:
                 os.fsync(descriptor)
             finally:

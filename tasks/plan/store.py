@@ -10,6 +10,7 @@ from typing import NamedTuple
 import imc
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from imc.reserved_ids import UNKNOWN_SYSTEM
+from support.atomic_files import make_folder
 
 MOST_PLANS = 1000
 MOST_BYTES = 32 << 20  # of all plans
@@ -82,7 +83,7 @@ class PlanStore:
 
     def __init__(self, path: Path | None):
         if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(path.parent)
         self._base = sqlite3.connect(path or ":memory:", check_same_thread=False)
         self._base.executescript(_SCHEMA)
         try:

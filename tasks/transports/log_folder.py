@@ -3,14 +3,18 @@
 import errno
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
 import imc
 from imc.lsf import COMPRESSIONS, LsfWriter
 from runtime.logs import RUN_FILE, encode_log_run_position
+from support.atomic_files import sync_path
 from support.file_errors import add_path_to_errors
+
+TEXT = "Output.txt"
 
 
 class LogRemovedError(FileNotFoundError):
@@ -29,6 +33,7 @@ class LogFolder:
         self.made = False
         self.data = LsfWriter(None, compression)
         self.text = LsfWriter(None, "none")
+        self._unsynced: list[Path] = []
         self._number = number
         self._files = dict(files)
         self._suffix = COMPRESSIONS[compression].suffix if compression != "none" else ""
@@ -53,20 +58,21 @@ class LogFolder:
 
         Raises OSError, and then leaves nothing behind.
         """
-        path = _new_folder(self.path)
+        path, parents = _new_folder(self.path)
         place = encode_log_run_position(first or f"{path.parent.name}/{path.name}", self._number)
         try:
             with add_path_to_errors(path):
                 for name, content in self._files.items():
                     (path / name).write_bytes(content)
                 (path / RUN_FILE).write_bytes(place)
-            self.text.open(path / "Output.txt")
+            self.text.open(path / TEXT)
             self.data.open(path / f"Data.lsf{self._suffix}")
         except OSError:
             self.close_without_flush()
             shutil.rmtree(path, ignore_errors=True)
             raise
         self.path, self.made = path, True
+        self._unsynced = [*(path / name for name in (*self._files, RUN_FILE, TEXT)), path, *parents]
         self._files.clear()
 
     def flush(self) -> None:
@@ -76,28 +82,43 @@ class LogFolder:
         self.data.flush()
         self.text.flush()
 
+    def take_unsynced(self) -> list[Path]:
+        """The files beside Data.lsf and the folders with new names that are not yet synced; empty from then on."""
+        taken, self._unsynced = self._unsynced, []
+        return taken
+
     def close_without_flush(self) -> None:
         """Close both files without a flush."""
         self.data.close_without_flush()
         self.text.close_without_flush()
 
 
-def _new_folder(path: Path) -> Path:
+def _new_folder(path: Path) -> tuple[Path, list[Path]]:
+    """Make the folder of a log; returns it and the folders with new names, from the inside out."""
+    parents = [path.parent]
+    while not parents[-1].is_dir():
+        parents.append(parents[-1].parent)
     path.parent.mkdir(parents=True, exist_ok=True)
     number, name = 1, path.name
     while True:
         try:
             path.mkdir()
-            return path
+            return path, parents
         except FileExistsError:
             number += 1
             path = path.with_name(f"{name}_{number}")
 
 
-def fsync_and_close(file: int) -> OSError | None:
-    """Make the disk store a file, and close this descriptor of it."""
+def sync_and_close(file: int, beside: Iterable[Path]) -> OSError | None:
+    """Put a file on the disk, close this descriptor of it, and sync the paths `beside` it that still exist.
+
+    Returns the first error.
+    """
     try:
         os.fsync(file)
+        for path in beside:
+            with suppress(FileNotFoundError):
+                sync_path(path)
         return None
     except OSError as error:
         return error

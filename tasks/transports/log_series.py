@@ -1,6 +1,5 @@
 """The logs of one run on disk, one after the other."""
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -10,11 +9,11 @@ from tasks.transports.log_folder import LogFolder, LogRemovedError
 class LogSeries:
     """The log that is being written (`current`), and those that have ended while the disk refused them.
 
-    They reach the disk in order, so that each knows the first log of the run. `synchronize` is called with a file
-    descriptor, which it has to close, whenever a log was handed to the operating system.
+    They reach the disk in order, so that each knows the first log of the run. `synchronize` is called with
+    each log that was handed to the operating system.
     """
 
-    def __init__(self, root: Path, synchronize: Callable[[int], object]):
+    def __init__(self, root: Path, synchronize: Callable[[LogFolder], object]):
         self.current: LogFolder | None = None
         self.waiting_logs: list[LogFolder] = []
         self._root = root
@@ -67,4 +66,4 @@ class LogSeries:
             log.make(self._first)
             self._first = self._first or log.name
         log.flush()
-        self._synchronize(os.dup(log.data.fileno()))
+        self._synchronize(log)

@@ -2,6 +2,7 @@
 
 import os
 from datetime import UTC, datetime
+from pathlib import Path
 
 import imc
 from imc.discovery import Services
@@ -12,7 +13,13 @@ from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from support.file_names import file_name_part
 from tasks.transports.imc_links.own_announce import SYSTEM_TYPES, announcement
-from tasks.transports.log_folder import LogFolder, LogRemovedError, fsync_and_close, log_line, utc_text
+from tasks.transports.log_folder import (
+    LogFolder,
+    LogRemovedError,
+    log_line,
+    sync_and_close,
+    utc_text,
+)
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -73,6 +80,7 @@ class Logging(Task):
         self._flying = False
         self._state: imc.EstimatedState | None = None
         self._recording, self._full, self._syncing, self._lost, self._lost_since = True, False, 0, 0, 0.0
+        self._unsynced: list[Path] = []
         if self._unknown:
             self.log.warning(f"Transports: no such message: {', '.join(self._unknown)}")
         self._open()
@@ -282,13 +290,17 @@ class Logging(Task):
             self.vehicle.log_folder = log.path
         return error
 
-    def _synchronize(self, file: int) -> None:
-        """Sync a file to disk in another thread; not needed in virtual time."""
-        if self.vehicle.has_virtual_time or self._syncing >= 2:
-            os.close(file)
-        else:
-            self._syncing += 1
-            self.offload(fsync_and_close, file, then=self._synchronized)
+    def _synchronize(self, log: LogFolder) -> None:
+        """Put a log on the disk in another thread; not needed in virtual time."""
+        if self.vehicle.has_virtual_time:
+            return
+        self._unsynced += log.take_unsynced()
+        if self._syncing >= 2:
+            self._unsynced += [log.data.path] if log.data.path not in self._unsynced else []
+            return
+        beside, self._unsynced = self._unsynced, []
+        self._syncing += 1
+        self.offload(sync_and_close, os.dup(log.data.fileno()), beside, then=self._synchronized)
 
     def _synchronized(self, error: OSError | None) -> None:
         self._syncing -= 1

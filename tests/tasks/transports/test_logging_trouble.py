@@ -13,6 +13,7 @@ import pytest
 
 import imc
 from runtime import Script, State
+from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.log_series import LogSeries
 from tasks.transports.logging import Logging
@@ -93,7 +94,7 @@ def test_no_folder_can_be_made_where_no_such_file_is_the_answer(tmp_path: Path) 
 def test_a_log_that_has_ended_and_waits_for_its_folder_is_not_given_up(tmp_path: Path) -> None:
     disk = tmp_path / "disk"
     without_folders(disk)
-    series = LogSeries(disk / "vehicle", os.close)
+    series = LogSeries(disk / "vehicle", lambda _: None)
     series.begin("20260101/000000", "none", {}).data.write(imc.encode(imc.Temperature(value=4.0)))
     series.end()
     with pytest.raises(FileNotFoundError):
@@ -165,3 +166,21 @@ def test_killed_process_leaves_a_log_that_others_read(tmp_path: Path) -> None:
     assert texts == [str(number) for number in range(len(texts))]
     # Messages on their way to the logger during a flush are written with the next one.
     assert len(texts) >= flushed - 2
+
+
+def test_the_folder_of_a_log_and_what_is_beside_its_data_reach_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a power cut a folder that was not synchronized is missing, with the synchronized data in it."""
+    synced: set[Path] = set()
+    real = os.fsync
+
+    def fsync(file: int) -> None:
+        real(file)
+        synced.add(Path(os.readlink(f"/proc/self/fd/{file}")))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    simulate([(Logging, {"flush_interval": 0.1})], seconds=0.8, clock=WallClock(), log_root=tmp_path / "log")
+    folder = only_log(tmp_path / "log").path.parent
+    assert set(folder.iterdir()) <= synced
+    assert {tmp_path, *(parent for parent in (folder / "x").parents if tmp_path in parent.parents)} <= synced
