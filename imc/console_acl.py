@@ -86,9 +86,13 @@ class OrderRefusals:
 
     def reason(self, packet: bytes, source: int) -> str:
         """Why an order is not obeyed, for people."""
-        number, known = imc.packet_id(packet), imc.builtin()
-        what = known.by_id(number).__name__ if number in known.types_by_id else f"message {number}"
-        return f"{what} of 0x{source:04X} rejected: not in {self._place}"
+        return f"{message_type_name(imc.packet_id(packet))} of 0x{source:04X} rejected: not in {self._place}"
+
+
+def message_type_name(number: int) -> str:
+    """The name of a built-in type by its id, "message 4711" for an unknown one."""
+    known = imc.builtin()
+    return known.by_id(number).__name__ if number in known.types_by_id else f"message {number}"
 
 
 def listed_systems(items: Iterable[str], id_of: Callable[[str], int | None]) -> dict[int, set[str]]:

@@ -71,7 +71,7 @@ class PacketAuthorizer:
     def is_of_unlisted_console(self, key: str, packet: bytes, session: str) -> bool:
         """Whether a packet that may come from this key is more than its system may send, which then gets the reason.
 
-        What another vehicle publishes is no order, so that one gets no answer.
+        What another vehicle publishes is no order: it is counted, and that vehicle gets no answer.
         """
         consoles = self._consoles
         if consoles is None or consoles.may_send(packet) or self._is_sibling(session):
@@ -81,6 +81,8 @@ class PacketAuthorizer:
             consoles.reject_and_answer(packet, unquote(key.rpartition("/")[2]))
         elif imc.packet_source(packet) in OPERATORS:
             consoles.reject_and_answer(packet, unquote(name))
+        else:
+            consoles.drop(packet, unquote(name))
         return True
 
     def _of_another(self, name: str, kind: int, source: int, destination: int) -> str:

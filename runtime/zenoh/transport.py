@@ -220,6 +220,9 @@ class ZenohTransport:
             tally.report_final(self._whose, logger.warning)  # the vehicle's log book has ended
         if self.consoles.rejected:
             logger.warning("%s: %d orders rejected, see [General] Consoles", self._whose, self.consoles.rejected)
+        if self.consoles.dropped:
+            text = "%s: %d messages of other vehicles dropped, see [General] Consoles"
+            logger.warning(text, self._whose, self.consoles.dropped)
 
     def _enter(self) -> tuple["zenoh.Session", SessionConfig, list[str]]:
         """A session at the first free of the ports where the sessions of this computer listen, and those that do."""

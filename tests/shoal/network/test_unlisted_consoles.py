@@ -1,6 +1,8 @@
 """One list of consoles for every way to a vehicle: who is not in it hears all, and gets a clear answer to an order."""
 
+import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -14,6 +16,7 @@ from shoal.network import Unlisted
 from tests.shoal.network.running import REPOSITORY, Running, running
 
 NAME = "lauv-noptilus-1"
+OTTER = 0x0803
 LISTED, STRANGER = "0x4101", "0x4202"
 REASON = f"of {STRANGER} rejected: not in \\[General\\] Consoles of {NAME}"
 WAYS = [
@@ -76,3 +79,23 @@ def test_each_command_of_shoal_says_over_zenoh_that_the_vehicle_does_not_list_it
             said = " ".join((done.stdout + done.stderr).split())
             assert done.returncode, (words, said)
             assert f"of {STRANGER} rejected: not in [General] Consoles of {NAME}" in said, words
+
+
+@pytest.mark.heavy
+def test_telemetry_of_another_vehicle_beyond_reports_is_counted_and_named_once(tmp_path: Path) -> None:
+    import zenoh
+
+    with running(tmp_path, "--set", f"General:Consoles={LISTED}") as vehicle:
+        config = zenoh.Config()
+        config.insert_json5("mode", '"client"')
+        config.insert_json5("connect/endpoints", json.dumps([os.environ["SHOAL_CONNECT"]]))
+        with zenoh.open(config) as session:
+            publisher = session.declare_publisher("imc/otter/Distance/DVL")
+            for number in range(100):
+                publisher.put(imc.encode(imc.Distance(value=float(number), src=OTTER, timestamp=1e9 + number)))
+            vehicle.until(f"Distance of 0x{OTTER:04X} (otter) over zenoh dropped")
+        vehicle.popen.send_signal(signal.SIGTERM)
+        assert vehicle.popen.wait(20.0) == 0
+        printed = vehicle.log.read_text()
+    assert printed.count("over zenoh dropped") == 1, printed
+    assert f"{NAME}: 100 messages of other vehicles dropped, see [General] Consoles" in printed
