@@ -16,7 +16,14 @@ from shoal.cli.log.log_input import (
     require_messages,
     run_selection_options,
 )
-from shoal.logs.inspect import format_duration, format_noun_count, format_rate, format_size, format_time
+from shoal.logs.inspect import (
+    format_duration,
+    format_noun_count,
+    format_rate,
+    format_size,
+    format_time,
+    read_chart_reference,
+)
 from support.terminal_text import printable
 
 MOST_LINES = 20  # of damage
@@ -35,7 +42,10 @@ def info(log: Path, entities: bool, as_json: bool) -> None:
             summary = summarize(opened, tell)
         require_messages(opened, summary.packets, summary.losses)
     if as_json:
-        print_json(summary_to_dict(summary) | {"logs": [str(path) for path in logs_of_argument(log)]})
+        logs = logs_of_argument(log)
+        chart = read_chart_reference(logs[0])
+        about = {"logs": [str(path) for path in logs], "chart": chart._asdict() if chart is not None else None}
+        print_json(summary_to_dict(summary) | about)
         return
     console = open_console(markup=False)
     for title, text in _facts(summary, logs_of_argument(log)):
@@ -79,6 +89,9 @@ def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
         ("size", f"{format_size(summary.file_size)}{packed}"),
         ("schema", f"IMC {summary.schema.version}: {source}"),
     ]
+    if (chart := read_chart_reference(logs[0])) is not None:
+        use = "" if chart.is_found else ", for the report of detections, resim, rewind and render"
+        facts.append(("chart", chart.describe() + use))
     for step in summary.clock_steps[:MOST_LINES]:
         leap = format_duration(step.after - step.before)
         text = (

@@ -14,6 +14,7 @@ from runtime.kernel import VirtualClock
 from runtime.logs import Array, LogSummary
 from runtime.profile import Profile, default_label, load_profile
 from runtime.task import ParameterError, Task
+from shoal.logs.inspect.chart_reference import read_chart_reference
 from support.diagnostics import ProfileError
 from support.rotations import rotation
 from support.wgs84 import offset
@@ -80,8 +81,14 @@ class _Truth(NamedTuple):
         return np.stack([np.interp(times, self.time, row) for row in (rows[:, 0], rows[:, 1], rows[:, 2])], axis=-1)
 
 
+class DetectionScoreError(ValueError):
+    """The detections of a log cannot be compared with its truth; the text is the reason."""
+
+
 def score_detections(log: imc.Log, summary: LogSummary, labels: Callable[[int], str]) -> list[DetectionScore]:
     """Judge all entities that detect gliders; none of a log without truth or configuration.
+
+    Raises DetectionScoreError if the configuration cannot be used, as without the chart that it names.
 
     `labels` returns the label of an entity. Of the configuration, which may come from others, only Shoal's own
     cameras are made, and nothing runs.
@@ -95,8 +102,13 @@ def score_detections(log: imc.Log, summary: LogSummary, labels: Callable[[int], 
         world = read_world(profile.value, offset, profile.find_file)
         truth = _truth(log, summary, world)
         eyes = _eyes(log, profile, summary, labels)
-    except (ProfileError, WorldError, ParameterError, ValueError, OSError, KeyError):
-        return []  # of a log that is no run of Shoal, or of another version
+    except (ProfileError, WorldError, ParameterError, ValueError, OSError, KeyError) as error:
+        chart = read_chart_reference(path.parent)
+        if chart is not None and not chart.is_found:
+            raise DetectionScoreError(f"the chart {chart.describe()}") from None
+        # Of a log that is no run of Shoal, or of another version.
+        reason = next(iter(str(error).splitlines()), type(error).__name__)
+        raise DetectionScoreError(f"{path.name} of the log cannot be used: {reason}") from None
     if truth is None or not world.objects:
         return []
     began = profile.start_time if 0.0 <= summary.start - profile.start_time <= LONGEST else summary.start

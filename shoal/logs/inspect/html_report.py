@@ -170,6 +170,9 @@ def _judged(content: ReportData) -> str:
             ]
             rows.append((label, f"MUG {glider}", *looks, str(thing.detections), str(thing.switches), *errors))
         rows.append((label, "false alarms", "", "", str(found.false_alarms), "", "", ""))
+    if content.unscored_reason:
+        text = f'<p class="none">Not compared: {escape_text(cut_text(content.unscored_reason))}.</p>'
+        return html_section("MUG detections and the truth", text)
     if not rows:
         return ""
     head = ("by", "", "in view", "missed", "detections", "id switches", "error, rms", "NEES")

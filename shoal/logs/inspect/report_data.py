@@ -10,7 +10,7 @@ import numpy as np
 import imc
 from imc import coordinates
 from runtime.logs import Array, LogSummary
-from shoal.logs.inspect.detection_scores import DetectionScore, score_detections
+from shoal.logs.inspect.detection_scores import DetectionScore, DetectionScoreError, score_detections
 from support import wgs84
 
 FARTHEST = 1e6  # any offset, depth, angle or speed beyond it is invalid
@@ -85,6 +85,7 @@ class ReportData:
     entries: list[LogbookLine] = field(default_factory=list[LogbookLine])
     levels: Counter[str] = field(default_factory=Counter[str])
     detection_scores: list[DetectionScore] = field(default_factory=list[DetectionScore])
+    unscored_reason: str = ""
 
     @property
     def distance(self) -> float:
@@ -127,9 +128,12 @@ def read_report_data(log: imc.Log, summary: LogSummary) -> ReportData:
     for entry in collected["LogBookEntry"]:
         content.entries.append(LogbookLine(entry.timestamp - summary.start, _level(entry), entry.context, entry.text))
     content.entries.sort(key=lambda entry: entry.time)
-    content.detection_scores = score_detections(
-        log, summary, lambda entity: summary.names.entity_label(summary.owner, entity)
-    )
+    try:
+        content.detection_scores = score_detections(
+            log, summary, lambda entity: summary.names.entity_label(summary.owner, entity)
+        )
+    except DetectionScoreError as error:
+        content.unscored_reason = str(error)
     return content
 
 

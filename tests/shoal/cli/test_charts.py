@@ -1,5 +1,7 @@
 """Charts in the commands of a user: check, run and test, with a shipped vehicle."""
 
+import json
+import shutil
 import sys
 
 import numpy as np
@@ -105,3 +107,34 @@ def test_a_scenario_names_a_chart_beside_it(shoal, mine):
     both = SCENARIO.replace("radius:", "soundings: [[0, 0, 9]], radius:")
     (folder / "deep.scenario.yaml").write_text(both)
     assert "the bottom has either soundings or a chart" in shoal("test", str(folder)).output
+
+
+@pytest.mark.heavy
+def test_a_log_whose_chart_is_missing_is_reported_with_the_remedy(shoal, mine):
+    """The report without its comparison of detections looked like that of a run without truth."""
+    words = ("run", "mine", "-p", "Simulation", "--clock", "virtual", "--for", "12", "--set", "Bathymetry:Positive=up")
+    assert shoal(*words, "--set", "Bathymetry:Chart Radius=300", "--set", "World:Gliders=0 0").exit_code == 0
+    log = str(next(mine.glob("log/*/*/*_dive")))
+
+    def report():
+        result = shoal("log", "report", log, "-o", "page.html")
+        assert result.exit_code == 0, result.output
+        return result.stderr, (mine / "page.html").read_text()
+
+    stderr, page = report()
+    assert (stderr, "false alarms" in page) == ("", True)
+    assert "chart     chart.tif\n" in shoal("log", "info", log).output
+    (mine / "chart.tif").rename(mine / "taken-away.tif")
+    remedy = "chart.tif is neither beside the log nor in the working folder: copy it there"
+    stderr, page = report()
+    assert stderr == f"detections are not compared with the truth: the chart {remedy}\n"
+    assert f"Not compared: the chart {remedy}." in page
+    assert f"chart     {remedy}, for the report" in shoal("log", "info", log).output
+    found = json.loads(shoal("log", "info", log, "--json").output)
+    assert found["chart"] == {"name": "chart.tif", "is_found": False}
+    for again in (("resim", log, "-t", "Simulators.Environment"), ("rewind", log, "--at", "3")):
+        result = shoal(*again)
+        assert result.exit_code == 2
+        assert "[Bathymetry] Data = chart.tif is not there" in result.output
+    shutil.copy(mine / "taken-away.tif", f"{log}/chart.tif")
+    assert report()[0] == ""

@@ -116,7 +116,7 @@ def test_the_page_has_a_table_of_them(sailed):
         "[General]\nVehicle = lauv-noptilus-1\n[Vision.MUGDetector]\nPixel Error = many\n",
     ],
 )
-def test_a_log_without_a_configuration_that_can_be_read_is_not_judged(text, make_log):
+def test_a_log_without_a_configuration_that_can_be_read_is_not_judged_and_the_reason_is_reported(text, make_log):
     start, vehicle = 1_767_225_600.0, 0x001A
     rows = [imc.SimulatedState(timestamp=start + k, src=vehicle, lat=0.7) for k in range(9)]
     rows += [imc.EstimatedState(timestamp=start + k, src=vehicle, lat=0.7) for k in range(9)]
@@ -124,8 +124,9 @@ def test_a_log_without_a_configuration_that_can_be_read_is_not_judged(text, make
     path = make_log(rows)
     if text is not None:
         (path / "Config.ini" if path.is_dir() else path.parent / "Config.ini").write_text(text, encoding="latin-1")
-    log = imc.Log(path)
-    assert HEAD not in render_report(log) or text in ("", None)
+    page = render_report(imc.Log(path))
+    assert ("Not compared: Config.ini of the log cannot be used: " in page) == (text not in ("", None))
+    assert "NEES" not in page or text == ""
 
 
 def test_no_code_of_a_log_runs(sailed, tmp_path, monkeypatch):
