@@ -10,6 +10,7 @@ from imc.errors import DecodeError
 from imc.layout import ADDRESS_FIELDS
 from imc.message import Message, Unknown
 from imc.schema import Schema, builtin, fields
+from support.foreign_json import unique_names
 
 _UNKNOWN_WIRE = {"id": "H", "payload": "R", "byteorder": "T"}
 _NOT_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
@@ -37,7 +38,7 @@ def from_dict(data: Mapping[str, Any], schema: Schema | None = None) -> Message:
 def from_json(text: str | bytes, schema: Schema | None = None) -> Message:
     """The message from which `to_json` made a text. Raises DecodeError like `from_dict`."""
     try:
-        data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_unique)
+        data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=unique_names)
     except (ValueError, RecursionError) as error:
         raise DecodeError(f"not JSON: {error}") from error
     return _outer_message(data, schema, _json_read)
@@ -163,12 +164,3 @@ def _json_read(value: Any, code: str) -> Any:
 
 def _refuse_constant(text: str) -> NoReturn:
     raise ValueError(f"{text} is not JSON; write it in quotes")
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in found:
-            raise ValueError(f"{key!r} occurs twice in an object")
-        found[key] = value
-    return found

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -103,6 +104,13 @@ def _read_ini(path: Path) -> list[FileSection]:
     config = read_config(path)
     if config.errors:
         raise ParameterFileError("\n".join(f"{e.file}:{e.line}: {e.text}" for e in config.errors))
+    if twice := [
+        f"{again.origin}: [{section.name}] {option.name} is already in line {first.origin.line}"
+        for section in config.sections.values()
+        for option in section.options.values()
+        for first, again in pairwise(option.history)
+    ]:
+        raise ParameterFileError("\n".join(twice))
     found: list[FileSection] = []
     for section in config.sections.values():
         label = section.value(LABEL)

@@ -71,7 +71,9 @@ async def check_parameters(vehicle: AsyncRemoteVehicle, sections: Iterable[FileS
     entities: list[tuple[str, FileSection]] = []
     for section in sections:
         found = [section.name] if section.name in labels else [] if section.is_label else tasks.get(section.name, [])
-        if len(found) == 1:
+        if first := next((other for entity, other in entities if [entity] == found), None):
+            wrong.append(f"{section.where}: the parameters of {found[0]} are already in {first.where}")
+        elif len(found) == 1:
             entities.append((found[0], section))
         elif found:
             wrong.append(f"{section.where}: the entities {', '.join(found)} are of this task: add Entity Label = ...")

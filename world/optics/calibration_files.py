@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from support.foreign_json import load_json
+from support.foreign_yaml import load_yaml
 from world.optics.airsim_settings import AirSimCamera, airsim_cameras, is_airsim_settings
 from world.optics.arctangent_lens import ArctangentModel
 from world.optics.brown_conrady import PinholeModel
@@ -152,7 +153,7 @@ def _parsed(text: str, suffix: str) -> Values:
     import yaml
 
     try:
-        return _mapping(yaml.safe_load(OPENCV.sub("", text)), "the file")
+        return _mapping(load_yaml(OPENCV.sub("", text)), "the file")
     except (yaml.YAMLError, RecursionError) as error:
         raise CalibrationError(f"no YAML: {' '.join(str(error).split())}") from None
 

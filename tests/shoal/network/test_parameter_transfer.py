@@ -138,6 +138,27 @@ def test_nothing_is_sent_if_one_value_does_not_fit(tmp_path: Path) -> None:
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("text", "second"),
+    [
+        (f"[Control.Path.LOSNSMC]\n{WIDTH} = 2\n[Path Control]\n{WIDTH} = 3\n", 3),
+        (f"[First]\nEntity Label = Path Control\n{WIDTH} = 2\n[Second]\nEntity Label = Path Control\n{WIDTH} = 3\n", 4),
+    ],
+)
+def test_two_sections_of_one_entity_are_rejected_and_nothing_is_sent(tmp_path: Path, text: str, second: int) -> None:
+    path = written(tmp_path / "twice.ini", text)
+
+    async def act(vehicle: AsyncRemoteVehicle) -> str:
+        with pytest.raises(UnfitParameters) as raised:
+            await check_parameters(vehicle, read_parameter_file(path))
+        return str(raised.value)
+
+    reasons, station = with_station(act)
+    assert reasons == f"{path}:{second}: the parameters of Path Control are already in {path}:1"
+    assert not any(isinstance(message, imc.SetEntityParameters) for message in station.heard)
+
+
+@pytest.mark.heavy
 def test_the_ranges_of_the_vehicle_count(tmp_path: Path) -> None:
     def typed(station: ParameterStation) -> None:
         station.types = True
@@ -226,6 +247,8 @@ def test_a_value_that_an_ini_cannot_hold_goes_to_yaml(tmp_path: Path) -> None:
         ("a.yaml", "parameters: {}", "no parameters are in it"),
         ("a.yaml", "parameters:\n  GPS:\n    Rate: [1]\n", "a.yaml:3: expected text"),
         ("a.yaml", "parameter: {}", "unknown key 'parameter'"),
+        ("a.yaml", "parameters:\n  GPS: {Rate: 1}\n  GPS: {Rate: 2}\n", "a.yaml:3: 'GPS' occurs twice"),
+        ("a.ini", "[GPS]\nRate = 3\n[GPS]\nRate = 4\n", "a.ini:4: [GPS] Rate is already in line 2"),
         ("a.ini", "Rate = 3\n", "a.ini:1: "),
         ("a.ini", "", "no parameters are in it"),
     ],

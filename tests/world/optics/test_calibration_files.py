@@ -119,6 +119,8 @@ def test_woodscape(write):
 BAD = [
     ("{]", "no YAML"),
     ("[1, 2]", "no named values"),
+    ("camera_name: left\nimage_width: 640\nimage_width: 320\n", "no YAML: 'image_width' occurs twice"),
+    ('{"intrinsic": {"k1": 339.7, "k1": 1.0}}', "no YAML: 'k1' occurs twice"),
     ({}, "camera_matrix is missing"),
     ({"cam0": 3}, "cam0 has no named values"),
     ({"cam0": {**CHAIN["cam0"], "intrinsics": [1.0, 2.0]}}, "intrinsics has 2 numbers, not 4"),

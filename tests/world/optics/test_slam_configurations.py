@@ -75,7 +75,8 @@ def test_a_pinhole_of_orb_slam_in_both_spellings(tmp_path):
     text = ORB.replace("KannalaBrandt8", "PinHole") + "Camera1.p2: 0.001\n"
     new, old = read(tmp_path, text), read(tmp_path, text.replace("Camera1.", "Camera."))
     assert new == old == PinholeModel(512, 512, 190.97, 190.97, 255.4, 257.4, 0.003, p2=0.001)
-    second = read(tmp_path, text + text.replace("Camera1.", "Camera2.").partition('PinHole"\n')[2], "Camera2")
+    lines = [line for line in text.replace("Camera1.", "Camera2.").splitlines() if line.startswith("Camera2.")]
+    second = read(tmp_path, text + "\n".join(lines) + "\n", "Camera2")
     assert np.allclose(second.intrinsic_matrix, new.intrinsic_matrix)
 
 
