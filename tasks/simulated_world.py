@@ -12,7 +12,16 @@ from runtime.vehicle import ProfileValues
 from support.pose import Pose
 from support.rotations import Vector, wrap
 from support.wgs84 import offset
-from world import ObjectPosition, World, WorldError, has_same_words, older_option_text, read_world
+from world import (
+    ObjectPosition,
+    World,
+    WorldError,
+    has_same_words,
+    older_option_text,
+    older_places,
+    read_world,
+    world_option_name,
+)
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
@@ -33,7 +42,7 @@ def adopt_world_options(task: Task, *options: str) -> None:
     """Give older options of a task that the profile does not set the values of its world. Raises ParameterError.
 
     Values that the world cannot have are refused. When a value changes while the vehicle runs, the world is read again,
-    so that all tasks see the change.
+    so that all tasks see the change, and other tasks with the option report the new value, too.
     """
     profile, section, changed = task.vehicle.profile, task.name.partition("/")[0], dict[str, str]()
     for parameter in (task.parameters()[option] for option in options):
@@ -45,7 +54,9 @@ def adopt_world_options(task: Task, *options: str) -> None:
             if before is None and text == default and not own:
                 task.parameter_set.set(parameter, parameter.parse(world))
             elif section != task.name and not has_same_words(text, world):
-                raise WorldError("there is one world for all cameras: set its gliders in [World]")
+                raise WorldError(
+                    f"there is one world for all tasks: set its {world_option_name(section, parameter.name)} in [World]"
+                )
         except ValueError as error:
             raise ParameterError(parameter.name, str(error)) from None
         if not has_same_words(text, before or own or default):
@@ -58,8 +69,28 @@ def adopt_world_options(task: Task, *options: str) -> None:
     try:
         if changed:
             read_world(value, offset, profile.find_file)
+            task.after(0.0, _update_other_tasks, task, tuple(changed))  # by then the values are accepted, or restored
     except WorldError as error:
         raise ParameterError(next(iter(changed)), str(error)) from None
+
+
+def _update_other_tasks(changed: Task, options: Sequence[str]) -> None:
+    """Give the options of other tasks that stand for the same of the world the text that one task has changed."""
+    vehicle = changed.vehicle
+    for option in options:
+        places = set(older_places(changed.name.partition("/")[0], option))
+        for task in vehicle.tasks:
+            section = task.name.partition("/")[0]
+            if task is changed or (section, option) not in places:
+                continue
+            parameter = task.parameters()[option]
+            try:
+                text = older_option_text(vehicle.profile.value, section, option)
+            except WorldError:
+                continue  # a contradiction, which the next change of the options reports
+            if not has_same_words(task.parameter_set.text(parameter), text):
+                task.parameter_set.set(parameter, parameter.parse(text))
+                vehicle.effective_config.adopt(task, option)
 
 
 def _read(profile: ProfileValues) -> World:

@@ -1,7 +1,7 @@
 """The simulated world: what surrounds vehicles, their dynamics, sensors and pictures."""
 
 from support.pose import DOWN, Pose
-from world.config import WorldError, has_same_words, older_option_text, read_world
+from world.config import WorldError, has_same_words, older_option_text, older_places, read_world, world_option_name
 from world.objects import ObjectPosition, Waypoint, WorldObject, make_gliders
 from world.options import SECTIONS
 from world.sun import Sun
@@ -20,5 +20,7 @@ __all__ = [
     "has_same_words",
     "make_gliders",
     "older_option_text",
+    "older_places",
     "read_world",
+    "world_option_name",
 ]

@@ -82,10 +82,20 @@ def older_option_text(value: Reader, section: str, option: str) -> str:
 
     Raises WorldError for texts that contradict each other; KeyError if [World] has no such option.
     """
-    name = {place: name for name, known in OPTIONS.items() for place in known.older}[section, option]
+    name = world_option_name(section, option)
     world = _Section(value, WORLD, OPTIONS)
     depth = _depth_elsewhere(value, world) if name == "Out Of Bounds Depth" else None
     return world.text(name) if depth is None else f"{depth}"
+
+
+def older_places(section: str, option: str) -> tuple[tuple[str, str], ...]:
+    """The sections and options that stand for the same option of [World]. Raises KeyError if it has no such option."""
+    return OPTIONS[world_option_name(section, option)].older
+
+
+def world_option_name(section: str, option: str) -> str:
+    """The option of [World] for one of an older place. Raises KeyError if there is none."""
+    return {place: name for name, known in OPTIONS.items() for place in known.older}[section, option]
 
 
 def has_same_words(text: str, other: str) -> bool:

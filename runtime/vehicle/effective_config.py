@@ -104,6 +104,18 @@ class EffectiveConfig:
                 known[parameter.name] = text
                 self._shared.clear()
 
+    def adopt(self, task: Task, name: str) -> None:
+        """Take over a value that a task has from elsewhere in the configuration, so that it is no change of its own.
+
+        An option that the task's section sets follows, since it would contradict the value.
+        """
+        text = task.parameter_set.text(task.parameters()[name])
+        self._original[task.name][name] = text
+        if task.name in self._effective:
+            self._effective[task.name][name] = text
+        if self._settings.value(task.name, name):
+            self._settings.override(f"{task.name}:{name}={text}")
+
     def save_changed_parameters(self, task: Task, path: Path) -> None:
         """Add the parameters of a task that differ from the profile to a file of saved parameters.
 

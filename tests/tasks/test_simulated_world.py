@@ -185,7 +185,7 @@ def test_a_dvl_hears_the_bottom_of_the_world_within_its_range():
 
 
 def test_a_camera_of_its_own_section_cannot_have_its_own_gliders():
-    with pytest.raises(ParameterError, match=r"one world for all cameras: set its gliders in \[World\]"):
+    with pytest.raises(ParameterError, match=r"one world for all tasks: set its Gliders in \[World\]"):
         simulate(MUGDetectionCamera, section=f"{MUG_CAMERA}/Front", mugs=["4 4"])
 
 
@@ -221,8 +221,11 @@ def test_frames_show_the_water_of_the_world():
     assert clear.image[30:66, 30:66, 1].std() > 5 * murky.image[30:66, 30:66, 1].std()
 
 
-def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
-    profile = load_profile("lauv-noptilus-1")
+@pytest.mark.parametrize("own", ["", "MUGs = 1.0, 0.3\n"])
+def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path, own):
+    aft = f"[Simulators.MUGDetectionCamera/Aft]\nEnabled = Simulation\nEntity Label = Aft\n{own}"
+    (tmp_path / "two.ini").write_text(f"[Require lauv-noptilus-1.ini]\n[General]\nVehicle = lauv-noptilus-1\n{aft}")
+    profile = load_profile(tmp_path / "two.ini")
     selected = profile.parse_modes("Simulation,Camera")
     vehicle = build(profile, selected, clock=VirtualClock(profile.start_time_ns), log_root=tmp_path).vehicle
     vehicle.start()
@@ -241,13 +244,23 @@ def test_gliders_that_are_moved_on_one_camera_are_moved_for_all(tmp_path):
         tasks = vehicle.task(MUG_CAMERA), vehicle.task("Vision.FisheyeCamera")
         return [[thing.track[0][1:] for thing in world_of(task).objects] for task in tasks]
 
+    def texts():
+        cameras = [task for task in vehicle.tasks if "MUGs" in task.parameters()]
+        assert len(cameras) == 3
+        return {task.parameter_set.text(task.parameters()["MUGs"]) for task in cameras}
+
     assert places() == [[(1.0, 0.3)]] * 2
+    move("MUG Camera", "2 2")
     move("MUG Camera", "4 5, 6 7")
     assert places() == [[(4.0, 5.0), (6.0, 7.0)]] * 2
+    assert texts() == {"4 5, 6 7"}
     move("Fisheye Camera", "1 2")
     assert any("there is one world" in text for text in said)
     assert places() == [[(4.0, 5.0), (6.0, 7.0)]] * 2
+    assert texts() == {"4 5, 6 7"}
+    (tmp_path / "again.ini").write_text(vehicle.profile.dump())
     vehicle.close()
+    build(load_profile(tmp_path / "again.ini"), selected, clock=VirtualClock(profile.start_time_ns)).vehicle.close()
 
 
 def test_a_camera_that_knows_only_an_estimate_sees_the_seabed_of_the_soundings():
