@@ -1,14 +1,16 @@
-"""Writes messages.py and merged.json from the definitions: `python -m imc.generate`; `--check` only compares them."""
+"""Writes messages.py, merged.json and IMC.xml.gz from the definitions: `python -m imc.generate`; `--check` only compares them."""
 
+import gzip
 import sys
 from pathlib import Path
 
 import msgspec
 
 from imc.layout import WIRE_CODES
+from imc.lsf import compress_member
 from imc.schema import Field, MessageType, Schema, Value, dump
 from imc.schema.classes import DEFAULTS
-from imc.schema.files import MERGED, builtin_from_yaml, digest
+from imc.schema.files import MERGED, XML, builtin_from_yaml, digest
 
 MESSAGES = Path(__file__).with_name("messages.py")
 
@@ -98,6 +100,11 @@ def main(arguments: list[str]) -> int:
         elif not path.exists() or path.read_text(encoding="utf-8") != text:
             print(f"{path} is out of date: run `python -m imc.generate`", file=sys.stderr)
             stale = 1
+    if "--check" not in arguments:
+        XML.write_bytes(compress_member(dump(schema), level=9))
+    elif not XML.exists() or gzip.decompress(XML.read_bytes()) != dump(schema):  # builds of zlib pack differently
+        print(f"{XML} is out of date: run `python -m imc.generate`", file=sys.stderr)
+        stale = 1
     return stale
 
 

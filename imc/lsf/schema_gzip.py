@@ -1,13 +1,16 @@
 """The definitions that lie beside the data of a log."""
 
 from imc.lsf.gzip_members import compress_member
-from imc.schema import Schema, dump
+from imc.schema import Schema, builtin, dump
+from imc.schema.files import XML
 
 KEPT = "packed"
 
 
 def gzip_schema(schema: Schema) -> bytes:
-    """The schema as IMC.xml.gz. It is made once: that takes longer than all else of beginning a log."""
+    """The schema as IMC.xml.gz; of the built-in one, the file beside the definitions. Others are packed once."""
+    if schema is builtin():
+        return XML.read_bytes()
     beside = vars(schema)  # where its cached properties are; schemas that are equal may have other descriptions
     if KEPT not in beside:
         beside[KEPT] = compress_member(dump(schema), level=9)

@@ -20,6 +20,7 @@ from support.terminal_text import nearest_word, quoted
 _DEFINITIONS = Path(__file__).parents[1] / "definitions"
 _BASE, _OVERLAY = _DEFINITIONS / "imc-5.4.31.yaml", _DEFINITIONS / "shoal.yaml"
 MERGED = _DEFINITIONS / "merged.json"
+XML = _DEFINITIONS / "IMC.xml.gz"  # of the built-in schema
 _LARGEST = 1 << 22  # the public IMC.xml is smaller than 1 MiB
 
 
