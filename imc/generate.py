@@ -1,4 +1,4 @@
-"""Writes messages.py, merged.json and IMC.xml.gz from the definitions: `python -m imc.generate`; `--check` only compares them."""
+"""Writes messages.py, merged.json and IMC.xml.gz from the definitions: `python -m imc.generate`; `--check` compares."""
 
 import gzip
 import sys

@@ -25,6 +25,7 @@ from world import (
 from world.sensors import BodyMotion
 
 FARTHEST = 1e7  # m; m/s, rad, rad/s: beyond it, a number is no place of a vehicle, and no motion
+MOST_LATITUDE = 0.5 * math.pi
 FARTHEST_MOUNT = 1000.0  # m forward, right or down of the vehicle, either way: beyond it, a device is not on it
 FARTHEST_CORRECTION, LARGEST_CORRECTION = 1.0, 0.2  # m, rad; a state farther from its forecast is of another motion
 INVALID_TRUTH = "SimulatedState makes no sense"
@@ -147,14 +148,16 @@ def mount_pose(position: Sequence[float], orientation: Sequence[float] = ()) -> 
 
 def has_valid_pose(state: imc.EstimatedState | imc.SimulatedState) -> bool:
     """Whether position and attitude are numbers that a vehicle on Earth can have."""
-    on_earth = abs(state.lat) <= 0.5 * math.pi and abs(state.lon) <= math.tau
+    on_earth = abs(state.lat) <= MOST_LATITUDE and abs(state.lon) <= math.tau
     return on_earth and math.hypot(state.x, state.y, state.z, state.phi, state.theta, state.psi) < FARTHEST
 
 
 def is_valid_truth(truth: imc.SimulatedState) -> bool:
     """Whether position, attitude and motion are numbers that a vehicle on Earth can have."""
-    motion = truth.u, truth.v, truth.w, truth.p, truth.q, truth.r, truth.svx, truth.svy, truth.svz
-    return has_valid_pose(truth) and math.hypot(truth.height, *motion) < FARTHEST
+    t = truth
+    pose = t.x, t.y, t.z, t.phi, t.theta, t.psi, t.height
+    size = math.hypot(*pose, t.u, t.v, t.w, t.p, t.q, t.r, t.svx, t.svy, t.svz)
+    return -MOST_LATITUDE <= t.lat <= MOST_LATITUDE and -math.tau <= t.lon <= math.tau and size < FARTHEST
 
 
 class WorldPose(NamedTuple):

@@ -19,7 +19,8 @@ class AttitudeRange:
 
     def accepts(self, now: float, phi: float, theta: float, psi: float) -> bool:
         """Whether an attitude at a time (s) can be used."""
-        if abs(phi) <= LARGEST_TILT and abs(theta) <= LARGEST_TILT and abs(psi) <= LARGEST_HEADING:
+        level = -LARGEST_TILT <= phi <= LARGEST_TILT and -LARGEST_TILT <= theta <= LARGEST_TILT
+        if level and -LARGEST_HEADING <= psi <= LARGEST_HEADING:
             return now >= self._until
         self._count = self._count + 1 if now - self._latest < WITHIN else 1
         self._latest = now

@@ -54,7 +54,8 @@ class AttitudeCheck:
         if self._angles is None:
             self._angles = angles
             return GateDecision.ACCEPTED
-        roll, pitch, heading = (now - before for now, before in zip(angles, self._angles, strict=True))
+        a, b, c = self._angles
+        roll, pitch, heading = phi - a, theta - b, psi - c
         steep = math.cos(theta) < STEEP
         if rates is not None and not steep:
             sr, cr = math.sin(phi), math.cos(phi)

@@ -1,7 +1,7 @@
 """Whether accelerometer and barometer of a multirotor show its motion at once, or late, held or drifting."""
 
 import math
-from collections import deque
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
 from autonomy.navigation.inertial_filter import InertialFilter
@@ -11,6 +11,7 @@ MEMORY = 2.0  # s, of forces that are compared
 WASHOUT = 1.5  # s; slower changes, as of the load, are not compared
 ROTOR_LAG = 0.08  # s, of the thrust behind its command
 LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
+LATENCIES = tuple(i * COARSENESS for i in range(1 + int(LONGEST / COARSENESS)))
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
 EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
 FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
@@ -49,8 +50,10 @@ class ThrustResponseCheck:
         self._wait = wait
         self._made: float | None = None
         self._usual = self._usual_force = 0.0
-        self._history: deque[tuple[float, float, float]] = deque()  # time, thrust, change of the thrust
-        self._off = [0.0] * (1 + int(LONGEST / COARSENESS))
+        self._times: list[float] = []  # of the history, s
+        self._thrusts: list[float] = []
+        self._changes: list[float] = []  # of the thrust
+        self._off = [0.0] * len(LATENCIES)
         self._stirred = 0.0
 
     def update(self, now: float, dt: float, expected: float, force: float | None) -> None:
@@ -62,10 +65,7 @@ class ThrustResponseCheck:
         share = min(1.0, dt / WASHOUT)
         self._usual += share * (self._made - self._usual)
         change = self._made - self._usual
-        history = self._history
-        history.append((now, self._made, change))
-        while now - history[0][0] > LONGEST + COARSENESS:
-            history.popleft()
+        self._record(now, self._made, change)
         self._wait -= dt
         if force is None or dt >= LONGEST_JUDGED or self._wait > 0.0:
             self._usual_force += share * (self._made - self._usual_force)
@@ -73,7 +73,7 @@ class ThrustResponseCheck:
         self._usual_force += share * (force - self._usual_force)
         measured, keep = force - self._usual_force, max(0.0, 1.0 - dt / MEMORY)
         self._stirred = keep * self._stirred + dt * change * change
-        for i, before in enumerate(self._changes(now)):
+        for i, before in enumerate(self._changes_by_latency(now)):
             self._off[i] = keep * self._off[i] + dt * (measured - before) ** 2
         at_once, late = self._off[0], min(self._off[2:])
         if self.lags:
@@ -81,15 +81,18 @@ class ThrustResponseCheck:
         elif at_once > STIRRED:
             self.lags = late < EXPLAINED * at_once
 
-    def _changes(self, now: float) -> Sequence[float]:
+    def _record(self, now: float, thrust: float, change: float) -> None:
+        times = self._times
+        times.append(now)
+        self._thrusts.append(thrust)
+        self._changes.append(change)
+        old = bisect_left(times, now - LONGEST - COARSENESS)
+        del times[:old], self._thrusts[:old], self._changes[:old]
+
+    def _changes_by_latency(self, now: float) -> Sequence[float]:
         """The change of the thrust at each latency; of the oldest, where there is none."""
-        found, items = [0.0] * len(self._off), iter(reversed(self._history))
-        item = next(items)
-        for i in range(len(found)):
-            while item[0] > now - i * COARSENESS and (older := next(items, None)) is not None:
-                item = older
-            found[i] = item[2]
-        return found
+        times, changes = self._times, self._changes
+        return [changes[max(0, bisect_right(times, now - late) - 1)] for late in LATENCIES]
 
     @property
     def made(self) -> float:
@@ -98,7 +101,7 @@ class ThrustResponseCheck:
 
     def explains(self, now: float, force: float) -> bool:
         """Whether a thrust of the last seconds makes such a force, so that the load may be as before."""
-        made = [thrust for time, thrust, _ in self._history if now - time <= EXPLAINED_FOR]
+        made = self._thrusts[bisect_left(self._times, now - EXPLAINED_FOR) :]
         return bool(made) and min(made) * (1.0 - WITHIN) <= force <= max(made) * (1.0 + WITHIN)
 
 

@@ -127,7 +127,10 @@ class Task(DeviceTask):
         While the process stands still it receives nothing, so this does not count. On a virtual clock that never
         happens, and it is `now - time`.
         """
-        return self._kernel.now - time - self._kernel.stalls.left_out_since(time * SECOND) / SECOND
+        kernel = self._kernel
+        if not kernel.stalls.total:
+            return kernel.now - time
+        return kernel.now - time - kernel.stalls.left_out_since(time * SECOND) / SECOND
 
     @property
     def recent_stall(self) -> float:
@@ -135,7 +138,8 @@ class Task(DeviceTask):
 
         Then a first sample may be older than it seems, and says nothing of what happened since the one before.
         """
-        return self._kernel.stalls.recent(self._kernel.now_ns) / SECOND
+        stalls = self._kernel.stalls
+        return stalls.recent(self._kernel.now_ns) / SECOND if stalls.total else 0.0
 
     @property
     def now_without_stalls(self) -> float:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from support.rotations import Matrix, Vector, body_rates, rotation, to_body, wrap
+from support.rotations import IDENTITY, Matrix, Vector, body_rates, rotation, to_body, wrap
 
 GRAVITY = 9.80665
 LIMIT = 1e3  # m/s; beyond it, the motion has diverged
@@ -54,6 +54,8 @@ class Multirotor:
         self.on_ground = True
         self._roll = self._pitch = self._turn = self._rotors = 0.0
         self._phi_rate = self._theta_rate = self._psi_rate = 0.0
+        self._angles: Vector = (0.0, 0.0, 0.0)  # of the last rotation, which step and air_velocity share
+        self._rotation: Matrix = IDENTITY
 
     def command_roll(self, angle: float) -> None:
         """Command a roll (rad)."""
@@ -82,7 +84,10 @@ class Multirotor:
 
     @property
     def _attitude(self) -> Matrix:
-        return rotation(self.phi, self.theta, self.psi)
+        angles = self.phi, self.theta, self.psi
+        if angles != self._angles:
+            self._angles, self._rotation = angles, rotation(*angles)
+        return self._rotation
 
     def step(self, h: float) -> None:
         """Advance by `h` s. Raises ArithmeticError if the motion diverges."""
@@ -90,17 +95,16 @@ class Multirotor:
         self._incline(h)
         self.rotor_speed += (self._rotors - self.rotor_speed) * -math.expm1(-h / a.rotor_lag)
         lift = a.thrust * self.rotor_speed * self.rotor_speed / a.mass
-        cp, sp, cr, sr = math.cos(self.theta), math.sin(self.theta), math.cos(self.phi), math.sin(self.phi)
-        if self.on_ground and lift * cp * cr <= GRAVITY:
+        (_, _, north), (_, _, east), (_, _, down) = self._attitude  # of the body's z axis
+        if self.on_ground and lift * down <= GRAVITY:
             self.vn = self.ve = self.vd = 0.0
             return
         self.on_ground = False
-        cy, sy = math.cos(self.psi), math.sin(self.psi)
         wn, we, wd = self.vn - self.wind[0], self.ve - self.wind[1], self.vd - self.wind[2]
         drag = (a.linear_drag + a.quadratic_drag * math.sqrt(wn * wn + we * we + wd * wd)) / a.mass
-        vn = self.vn + h * (-lift * (cy * sp * cr + sy * sr) - drag * wn)
-        ve = self.ve + h * (-lift * (sy * sp * cr - cy * sr) - drag * we)
-        vd = self.vd + h * (GRAVITY - lift * cp * cr - drag * wd)
+        vn = self.vn + h * (-lift * north - drag * wn)
+        ve = self.ve + h * (-lift * east - drag * we)
+        vd = self.vd + h * (GRAVITY - lift * down - drag * wd)
         if not abs(vn) + abs(ve) + abs(vd) < LIMIT:
             raise ArithmeticError(f"at {vn:.3g}, {ve:.3g}, {vd:.3g} m/s")
         self.x += 0.5 * h * (self.vn + vn)

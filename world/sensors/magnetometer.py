@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from support.rotations import Vector, rotation
+from support.rotations import Matrix, Vector, rotation, to_body, to_ned
 
 NO_SOFT_IRON = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -24,21 +24,18 @@ class Magnetometer:
         soft_iron: Sequence[float] = (),
     ) -> None:
         level = strength * math.cos(inclination)
-        self._earth = (
+        self._earth: Vector = (
             level * math.cos(declination),
             level * math.sin(declination),
             strength * math.sin(inclination),
         )
-        self._hard_iron = tuple(hard_iron) or (0.0, 0.0, 0.0)
-        flat = tuple(soft_iron) or NO_SOFT_IRON
-        self._soft_iron = flat[:3], flat[3:6], flat[6:]
+        x, y, z = hard_iron or (0.0, 0.0, 0.0)
+        self._hard_iron: Vector = x, y, z
+        a, b, c, d, e, f, g, h, i = soft_iron or NO_SOFT_IRON
+        self._soft_iron: Matrix = (a, b, c), (d, e, f), (g, h, i)
 
     def measure(self, phi: float, theta: float, psi: float) -> Vector:
         """The field (G) at an attitude (rad)."""
-        turn = rotation(phi, theta, psi)
-        body = [math.fsum(turn[k][i] * self._earth[k] for k in range(3)) for i in range(3)]
-        x, y, z = (
-            math.fsum(factor * part for factor, part in zip(row, body, strict=True)) + added
-            for row, added in zip(self._soft_iron, self._hard_iron, strict=True)
-        )
-        return x, y, z
+        x, y, z = to_ned(self._soft_iron, to_body(rotation(phi, theta, psi), self._earth))
+        a, b, c = self._hard_iron
+        return x + a, y + b, z + c
