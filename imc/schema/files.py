@@ -110,6 +110,11 @@ def builtin() -> Schema:
     return schema
 
 
+def builtin_xml_gz() -> bytes:
+    """The built-in schema as IMC.xml.gz, as it lies beside the definitions."""
+    return XML.read_bytes()
+
+
 def message_named(name: str) -> type[Message]:
     """The message type `name`. Raises ValueError, with the closest name, if there is none."""
     schema = builtin()

@@ -16,8 +16,8 @@ class PlanLines:
 
     def __init__(self, task: Task) -> None:
         self._task = task
-        self._bucket = TokenBucket(RATE, AT_ONCE, task.now)
-        self._failures = LogLimit("more plans fail", task.now)
+        self._bucket = TokenBucket(RATE, AT_ONCE)
+        self._failures = LogLimit("more plans fail")
         self._unlogged = 0
         self._began = task.now
         self._is_open = True

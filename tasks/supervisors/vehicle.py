@@ -54,7 +54,7 @@ class Vehicle(Task):
         self._missed_beats = -1
         self._planned, self._planless_since = False, math.inf
         self._last_error, self._last_error_time = "", -1.0
-        self._abort_lines = LogLimit("more Aborts come", self.now)
+        self._abort_lines = LogLimit("more Aborts come")
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
         self._starter = ManeuverLauncher(self, self.maneuver_handling_timeout, self._unanswered)
