@@ -23,7 +23,7 @@ from autonomy.navigation.gnss_position_correction import (
     PositionEstimate,
     fix_variance,
 )
-from autonomy.navigation.gnss_velocity_check import GnssVelocityCheck, ground_velocity
+from autonomy.navigation.gnss_velocity_check import GnssVelocityCheck, ground_velocity, reported_velocity
 from autonomy.navigation.hard_iron import HardIron, HardIronError, HardIronFit
 from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
 from autonomy.navigation.inertial_filter import InertialFilter
@@ -100,4 +100,5 @@ __all__ = [
     "navigation_uncertainty",
     "offset_from",
     "pressure_altitude",
+    "reported_velocity",
 ]

@@ -14,11 +14,16 @@ FASTEST = 100.0  # m/s
 BOTH = int(imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG)
 
 
-def ground_velocity(fix: imc.GpsFix) -> tuple[float, float] | None:
-    """Velocity north and east (m/s) of a fix; None if it has none."""
-    if fix.validity & BOTH != BOTH or not 0.0 <= fix.sog <= FASTEST or not math.isfinite(fix.cog):
+def reported_velocity(fix: imc.GpsFix) -> tuple[float, float] | None:
+    """Velocity north and east (m/s) of a fix, whatever its size; None if it has none."""
+    if fix.validity & BOTH != BOTH or not math.isfinite(fix.sog + fix.cog):
         return None
     return fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
+
+
+def ground_velocity(fix: imc.GpsFix) -> tuple[float, float] | None:
+    """Velocity north and east (m/s) of a fix; None if it has none that is possible."""
+    return reported_velocity(fix) if 0.0 <= fix.sog <= FASTEST else None
 
 
 class GnssVelocityCheck:

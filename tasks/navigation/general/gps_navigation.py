@@ -28,13 +28,13 @@ from autonomy.navigation import (
     fix_variance,
     has_plausible_position,
     missing_reason,
+    reported_velocity,
 )
 from runtime import State, Task, consume, param, periodic
 from support.planar_geometry import north_and_east
 from support.rotations import wrap
 from support.wgs84 import offset
 
-VALID_VELOCITY = imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG
 UNKNOWN_ALTITUDE = -1.0
 SPEED_JUMP = 20.0  # m/s, that no boat gains between two fixes
 OFTEN = 60.0  # s, between two resets of the position that are one too many
@@ -239,8 +239,8 @@ class GPSNavigation(Task):
                 self._held_fault, self._held_until = "fixes contradict heading and speed", self.now + FAULT_HOLD
             self._reset = self.now
         self._believed = self.now
-        if fix.validity & VALID_VELOCITY == VALID_VELOCITY and math.isfinite(fix.sog + fix.cog):
-            along, across = fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
+        if (reported := reported_velocity(fix)) is not None:
+            along, across = reported
             u, v = state.ground_velocity(psi)
             if math.dist((along, across), north_and_east(u, v, psi)) <= SPEED_JUMP:
                 state.measure_velocity(along, across, psi, self.speed_variance)
