@@ -106,7 +106,7 @@ class FollowSystem(Maneuver):
         if self._seen is None:
             return ""
         away = ground_distance(self._seen.lat, self._seen.lon, lat, lon)
-        reach = JUMP + self.maximum_speed * self.age(self._seen.time)
+        reach = JUMP + self.maximum_speed * (self.now - self._seen.time)  # it moves while this process stands still
         return "" if away <= reach else f"it would have moved faster than {self.maximum_speed:g} m/s"
 
     def _course(self, lat: float, lon: float) -> float:

@@ -7,10 +7,13 @@ from flying import DEPTH, LAT, LON, OWN, fly, place, plan_of, replies, start, tr
 
 import imc
 from runtime import Task, consume, periodic
+from runtime.kernel import SECOND
+from runtime.testing import START
 from support.rotations import rotation
 from support.wgs84 import displace
 from tasks.maneuver.compass_calibration import CompassCalibration
 from tasks.maneuver.follow_system import FollowSystem
+from tests.tasks.mission.stalling_clock import StallingClock
 
 DONE = ("SUCCESS", "plan completed")
 EARTH = (0.26, 0.0, 0.37)  # G
@@ -161,6 +164,17 @@ def test_a_leader_that_teleports_is_not_followed_there():
     assert max(east for _, east, _, _ in track(run)) < 60.0
     told = [text for text in run.log if "it would have moved faster than 20 m/s" in text]
     assert len(told) == 1  # of fifty
+
+
+def test_a_leader_moves_also_while_the_process_stands_still():
+    order = imc.FollowSystem(system=LEADER, duration=70, speed=1.5, x=-20.0, y=0.0, z=2.0, z_units=DEPTH)
+    reports = leader(imc.Announce, range(3, 80, 10), speed=15.0)
+    feed = sorted([start(plan_of(order)), *reports], key=lambda m: m.timestamp)
+    task, clock = (FollowSystem, {"using_announce": True}), StallingClock(round(START * SECOND), [(24.0, 8.5)])
+    run = fly(*feed, seconds=85.0, without=(FollowSystem,), more=(task,), clock=clock)
+    assert not clock.stalls
+    assert not [text for text in run.log if "rejecting" in text]
+    assert replies(run)[-1] == DONE
 
 
 def test_a_vehicle_does_not_follow_itself():
