@@ -93,7 +93,12 @@ class GroundLinksTask(Task):
         30.0, "s", "Silence after which a ground station is forgotten.", minimum=1, editable=False
     )
 
-    tlog: bool = param(False, "", "Record all frames in the folder of the log, as Data.tlog.", editable=False)
+    tlog: bool = param(
+        False,
+        "",
+        "Record all frames as Data.tlog, in the folder of the log with which a flight begins.",
+        editable=False,
+    )
     cameras: bool = param(True, "", "Show each camera of the vehicle as a component of its own.", editable=False)
     video_streams: list[str] = param(
         [], "", "Videos of cameras: ENTITY LABEL=rtsp://ADDRESS.", editable=False, usable=parse_video
@@ -138,15 +143,19 @@ class GroundLinksTask(Task):
         self._resources.callback(self.endpoint.close)
         for kind in {value.kind for value in self.parse_named_values()} - set(get_args(ShownMessages)):
             self.vehicle.bus.subscribe(Subscription(kind, self.show_state, self, others=self.hears_others))
-        root, warn = self.vehicle.log_root / self.system_name, self.log.warning
-        self.recorder = TelemetryLogs(self.endpoint.dialect, root, warn) if self.tlog else None
-        if self.recorder is not None:
+        if self.tlog:
+            root = self.vehicle.log_root / self.system_name
+            self.recorder = TelemetryLogs(self.endpoint.dialect, root, self.log.warning, self.is_in_flight)
             self._resources.callback(self.recorder.close)
             self.recorder.set_folder(self.vehicle.log_folder)
         self.link_set = LinkSet(self.links, self)
         self._resources.callback(self.link_set.close)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.endpoint.model.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
+
+    def is_in_flight(self) -> bool:
+        """Whether the vehicle is armed, or moves."""
+        return self.endpoint.model.armed_or_moving
 
     def parse_named_values(self) -> list[NamedValue]:
         return [parse_named_value(text) for text in self.named_values]

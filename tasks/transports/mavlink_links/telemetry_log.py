@@ -1,4 +1,4 @@
-"""Records the frames of MAVLink links as .tlog files, in the folder of the vehicle's log."""
+"""Records the frames of MAVLink links as .tlog files, one for each flight, beside the log with which it begins."""
 
 import os
 from collections.abc import Callable
@@ -17,16 +17,23 @@ Op = imc.LoggingControl.Op
 class TelemetryLogs:
     """One file for each flavor, since a station that reads both would see one vehicle change its kind all the time.
 
+    A vehicle begins a log with each plan, and each order of a station is a plan: while it is armed or moves
+    (`in_flight`), the recording stays in the folder where it is, so that one flight is one file.
+
     Frames that come before there is a log, or while the disk is full, wait in memory. Each is written without its
     signature. `report` receives what is wrong, once.
     """
 
-    def __init__(self, dialect: Dialect, root: Path, report: Callable[[str], object]) -> None:
+    def __init__(
+        self, dialect: Dialect, root: Path, report: Callable[[str], object], in_flight: Callable[[], bool]
+    ) -> None:
         self._dialect = dialect
         self._root = root
         self._report = report
+        self._in_flight = in_flight
         self._files: dict[str, _File] = {}
         self._folder: Path | None = None
+        self._newest: Path | None = None  # folder of the present log
         self._stopped = False
         self._trouble = ""
 
@@ -52,25 +59,36 @@ class TelemetryLogs:
             self._add(flavor, encode(*parts), now)
 
     def on_logging_control(self, log: imc.LoggingControl) -> None:
-        """Go on in the folder of the log that begins; without a log nothing is recorded."""
+        """Continue in the folder of the log that begins, or after the flight; without a log nothing is recorded."""
         if log.op == Op.STARTED:
             self._stopped = False
             folder = (self._root / log.name).resolve()
             if folder.is_relative_to(self._root.resolve()):
-                self.set_folder(folder)
+                self._newest = folder
+                self._follow_log()
         elif log.op == Op.STOPPED:
-            self.close()
+            self._stopped = True
 
     def set_folder(self, folder: Path | None) -> None:
         """Write to the files of another folder from now on."""
         if self._folder not in (None, folder):
-            self.flush()
+            self._write()
             for file in self._files.values():
                 file.close()
-        self._folder = folder
+        self._folder = self._newest = folder
 
     def flush(self) -> None:
-        """Write what waits; what the disk refuses waits on."""
+        """Write what waits; what the disk refuses waits on. After a flight, move to the folder of the present log."""
+        self._write()
+        self._follow_log()
+
+    def _follow_log(self) -> None:
+        if self._newest != self._folder and (
+            self._folder is None or not self._in_flight() or any(file.is_removed for file in self._files.values())
+        ):
+            self.set_folder(self._newest)
+
+    def _write(self) -> None:
         trouble = ""
         for file in self._files.values():
             try:
@@ -97,7 +115,7 @@ class TelemetryLogs:
             name = f"Data-{flavor.name}.tlog" if self._files else "Data.tlog"
             file = self._files[flavor.name] = _File(name)
         if file.add(round(now * 1e6).to_bytes(8) + frame) and not self._trouble:
-            self.flush()
+            self._write()
 
 
 class _File:
@@ -108,6 +126,11 @@ class _File:
         self.lost = 0
         self._waiting = bytearray()
         self._descriptor = -1
+
+    @property
+    def is_removed(self) -> bool:
+        """Whether somebody has removed the file that is open."""
+        return self._descriptor >= 0 and os.fstat(self._descriptor).st_nlink == 0
 
     def add(self, record: bytes) -> bool:
         """Add a time and a frame; returns whether it is worth a write."""

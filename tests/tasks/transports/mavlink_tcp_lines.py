@@ -46,7 +46,7 @@ class Line:
 class ConnectedVehicle:
     """A vehicle of a shipped profile that has run for 20 s; its log book and its replies about plans from then on."""
 
-    def __init__(self, profile, folder):
+    def __init__(self, profile, folder, **options):
         loaded, self.port = load_profile(profile), free_port()
         self.vehicle = build(
             loaded,
@@ -55,7 +55,9 @@ class ConnectedVehicle:
             log_root=folder / "log",
             state_folder=folder / "db",
         ).vehicle
-        self.vehicle.add(MAVLink, "Transports.MAVLink", links=[f"tcpin://{HOST}:{self.port}?flavour=px4"])
+        kind = {"hexa-00": "hexacopter", "otter": "boat"}.get(profile, "submarine")
+        links = [f"tcpin://{HOST}:{self.port}?flavour=px4"]
+        self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind, **options)
         self.log_book, self.replies, self.lines = [], [], []
         self.vehicle.start()
         self.vehicle.run(20.0)

@@ -1,5 +1,6 @@
 """The recording of MAVLink links in the folder of the log: read by pymavlink, and imported."""
 
+import shutil
 from collections import Counter
 
 import pytest
@@ -18,7 +19,9 @@ from tasks.transports.mavlink import MAVLink
 from tasks.transports.mavlink_links.telemetry_log import MOST_WAITING, TelemetryLogs
 from tests.outside import free_ports, largest_file
 from tests.tasks.transports.mavlink_station import DIALECT, HOST, STATE, Station
+from tests.tasks.transports.mavlink_tcp_lines import ConnectedVehicle
 
+ARMED = 128
 SIGNED, ARDUPILOT = 0x01, FLAVORS["ardupilot"]
 Op = imc.LoggingControl.Op
 
@@ -133,6 +136,62 @@ def test_each_log_has_its_own_recording(sail, tmp_path):
     assert ends[0][-1] < ends[1][0]
 
 
+ORDERS = (
+    (192, {"x": 411_851_000, "y": -87_062_000, "z": 12.0}),
+    (192, {"x": 411_850_000, "y": -87_061_000, "z": 14.0}),
+)
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+def test_one_flight_is_one_recording_however_many_orders_it_has(tmp_path):
+    flown = ConnectedVehicle("hexa-00", tmp_path, tlog=True)
+    station = flown.connect()
+    for command, place in ORDERS:
+        station.send("COMMAND_INT", command=command, frame=6, **place)
+        flown.vehicle.run(5.0)
+    items = [(16, 411_850_000, -87_062_000, 15.0), (16, 411_850_000, -87_061_000, 15.0), (21, 0, 0, 0.0)]
+    station.send("MISSION_COUNT", count=len(items))
+    for seq, (command, x, y, z) in enumerate(items):
+        station.send("MISSION_ITEM_INT", seq=seq, frame=6, command=command, autocontinue=1, x=x, y=y, z=z)
+    flown.vehicle.run(1.0)
+    station.send("COMMAND_LONG", command=300)
+    for _ in range(200):
+        flown.vehicle.run(1.0)
+        beats = [m for m in station.read() if m.name == "HEARTBEAT" and m.component == 1]
+        if not beats[-1].values["base_mode"] & ARMED:
+            break
+    flown.vehicle.run(5.0)
+    flown.close()
+    logs = sorted(path.parent.name for path in tmp_path.rglob("Data.lsf.gz"))
+    assert {"goto", "mavlink-rest"} <= {name.partition("_")[2] for name in logs}
+    flights = {}
+    for path in sorted(tmp_path.rglob("Data.tlog")):
+        beats = [m.values["base_mode"] & ARMED for _, m in Tlog(path, DIALECT).read(frozenset({"HEARTBEAT"}))]
+        flights[path.parent.name] = sum(beat > 0 for beat in beats)
+    names = [name for name, beats in flights.items() if beats > 1]
+    assert [name.partition("_")[2] for name in names] == ["flight"], (logs, flights)
+    assert flights[names[0]] > 30
+
+
+def test_a_recording_whose_folder_is_removed_in_flight_continues_in_the_present_log(tmp_path):
+    made = TelemetryLogs(load_dialect(), tmp_path, told.append, lambda: True)
+    send = made.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        made.on_logging_control(imc.LoggingControl(op=Op.STOPPED, name=name))
+        made.on_logging_control(imc.LoggingControl(op=Op.STARTED, name=name))
+        send(frame())
+        made.flush()
+    assert not (tmp_path / "second/Data.tlog").exists()
+    shutil.rmtree(tmp_path / "first")
+    made.flush()
+    send(frame())
+    made.flush()
+    made.close()
+    assert theirs(tmp_path / "second/Data.tlog")[0] == {(26, "HEARTBEAT"): 1}
+
+
 def test_nothing_is_recorded_unless_it_is_asked_for(sail, tmp_path):
     async def script(control):
         await control.sleep(3.0)
@@ -143,7 +202,7 @@ def test_nothing_is_recorded_unless_it_is_asked_for(sail, tmp_path):
 
 @pytest.fixture
 def logs(tmp_path):
-    made = TelemetryLogs(load_dialect(), tmp_path, told.append)
+    made = TelemetryLogs(load_dialect(), tmp_path, told.append, lambda: False)
     told.clear()
     yield made
     made.close()
