@@ -10,11 +10,17 @@ from mavlink.autopilot.leg import Leg, ReportedPosition, is_airborne
 from mavlink.autopilot.leg_speed import LegSpeed
 from mavlink.autopilot.mission_client import MissionClient
 from mavlink.autopilot.position_targets import PositionTargets
-from mavlink.autopilot.setpoints import CommandMessage, command_message, leg_command, offboard_setpoint
+from mavlink.autopilot.setpoints import (
+    CommandMessage,
+    command_message,
+    leg_command,
+    offboard_setpoint,
+    takeoff_command,
+)
 from mavlink.autopilot.takeoff_order import TakeoffOrder
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 
-SET_MODE, ARM, TAKEOFF, MISSION_START = 176, 400, 22, 300  # MAV_CMD
+SET_MODE, ARM, MISSION_START = 176, 400, 300  # MAV_CMD
 CUSTOM_MODE = 1
 RETRY, TRIES = 1.5, 3  # s
 POSITION_TARGET = "SET_POSITION_TARGET_GLOBAL_INT"
@@ -43,7 +49,7 @@ class ModeController:
     ) -> None:
         self._send_command, self._send_message = send_command, send
         self._warn, self._reason, self.missions = warn, reason, missions
-        self.targets, self._speed, self._takeoff = PositionTargets(), LegSpeed(), TakeoffOrder()
+        self.targets, self._speed, self._takeoff = PositionTargets(), LegSpeed(), TakeoffOrder(warn)
         self.vehicle: SteeredVehicle | None = None
         self.mode, self.armed, self.landed_state = -1, False, 0
         self.position: ReportedPosition | None = None
@@ -236,6 +242,8 @@ class ModeController:
         if refused or (self._sent and not self.armed):
             self.fail(refused or f"it did not take off{self._with_reason()}")
             return
+        if flies and (command := self._takeoff.climb.correction(vehicle, leg.speed, -at.vz, now)):
+            self._send(command, lambda reason: self._warn(reason) if reason else None)
         if vehicle.roams and not vehicle.px4 and vehicle.takeoff is not None:
             if self._enter_mode(now, vehicle.takeoff):
                 self._arm(now, 1)
@@ -243,10 +251,8 @@ class ModeController:
         also = [mode for mode in (vehicle.takeoff,) if mode is not None] if self._sent else []
         if not self._enter_mode(now, vehicle.arming_mode, *also) or not self._arm(now, 1) or self._sent:
             return
-        height = at.amsl - at.above_home + leg.height if vehicle.px4 else leg.height
-        place = (math.nan, math.nan, math.nan) if vehicle.px4 else (0.0, 0.0, 0.0)
         self._takeoff.give(now)
-        self._command(command_message("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height)), self._takeoff.refuse)
+        self._command(takeoff_command(vehicle, leg, at), self._takeoff.refuse)
 
     def _land(self, vehicle: SteeredVehicle, now: float) -> None:
         if vehicle.land is None:

@@ -8,7 +8,7 @@ from mavlink import Fields
 from mavlink.autopilot.leg import Leg, ReportedPosition
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 
-CHANGE_SPEED, REPOSITION, ORBIT = 178, 192, 34  # MAV_CMD
+TAKEOFF, CHANGE_SPEED, REPOSITION, ORBIT = 22, 178, 192, 34  # MAV_CMD
 GLOBAL, RELATIVE = 0, 6  # MAV_FRAME: above the sea, above home
 ONLY_POSITION = 0x0DF8  # ignore velocity, acceleration and yaw of a position target
 AIR_SPEED, GROUND_SPEED = 0, 1
@@ -55,6 +55,13 @@ def leg_command(vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition) -> Comm
         return command_message("the leg", REPOSITION, (leg.speed, 1.0, leg.side * leg.radius, math.nan), place)
     counter = 1.0 if leg.side < 0 else 0.0  # ArduPlane takes the sense from here, and ignores a negative radius
     return command_message("the leg", REPOSITION, (leg.speed, 1.0, leg.radius, counter), place)
+
+
+def takeoff_command(vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition) -> CommandMessage:
+    """The takeoff to the height of a leg: for PX4 above the sea, for ArduPilot above home."""
+    height = at.amsl - at.above_home + leg.height if vehicle.px4 else leg.height
+    place = (math.nan, math.nan, math.nan) if vehicle.px4 else (0.0, 0.0, 0.0)
+    return command_message("a takeoff", TAKEOFF, (0.0, 0.0, 0.0, *place, height))
 
 
 def speed_command(vehicle: SteeredVehicle, speed: float) -> CommandMessage:

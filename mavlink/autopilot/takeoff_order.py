@@ -1,7 +1,9 @@
 """Whether a takeoff that was refused takes place all the same: in the air, ArduPilot refuses a copy of the command."""
 
 import math
+from collections.abc import Callable
 
+from mavlink.autopilot.climb_speed import ClimbSpeed
 from mavlink.autopilot.command_client import PATIENCE
 
 CLIMB_SHOWN = 5.0  # s after a refusal in which a vehicle that takes off is seen to climb
@@ -11,16 +13,18 @@ class TakeoffOrder:
     """The command of one takeoff; times in s.
 
     Without an acknowledgment the command is sent again after PATIENCE. A refusal before that counts at once, a later
-    one only if the vehicle stays on the ground.
+    one only if the vehicle stays on the ground. `climb` judges the speed, and reports to `warn`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, warn: Callable[[str], object]) -> None:
+        self.climb = ClimbSpeed(warn)
         self._ordered_at = self._doubted_at = math.inf
         self._reason = ""
 
     def give(self, now: float) -> None:
         """The command is sent."""
         self._ordered_at, self._doubted_at, self._reason = now, math.inf, ""
+        self.climb.restart()
 
     def refuse(self, reason: str) -> None:
         """The autopilot has answered: "" if it obeys, else why not."""

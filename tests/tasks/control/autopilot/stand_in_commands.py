@@ -1,12 +1,13 @@
 """The commands that the stand-in takes. What each answer follows is in `stand_in_sources.md`."""
 
-from tests.tasks.control.autopilot.stand_in_motion import SLOWEST_FLIGHT
+from tests.tasks.control.autopilot.stand_in_motion import CLIMB, SLOWEST_FLIGHT
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, INT_ONLY = 0, 1, 2, 3, 4, 8
 NEED_POSITION = ("guided", "hold", "return", "mission", "offboard", "orbit")
 LEAST_STREAM = 3  # setpoints before offboard
 USUAL_SPEED = {"copter": 10.0, "rover": 5.0, "boat": 5.0, "submarine": 1.0, "plane": 15.0}  # m/s, of a mode it enters
 WIND, VERSION = 168, 148
+CLIMB_SPEED = 2  # SPEED_TYPE
 
 COMMANDS = {
     511: "set_interval", 512: "request_message", 176: "set_mode", 400: "set_arming", 178: "change_speed",
@@ -65,7 +66,11 @@ class Commands:
         lacks_target = self.mode == self.modes["guided"] and not self.has_target
         if lacks_target and not self.px4 and self.motion.kind in ("rover", "boat"):
             return FAILED
-        if "speed" not in self.ignored:
+        if "speed" in self.ignored:
+            return ACCEPTED
+        if m.param1 == CLIMB_SPEED and not self.px4:
+            self.motion.climb = m.param2
+        else:
             self.cruise = m.param2
         return ACCEPTED
 
@@ -170,7 +175,7 @@ class Commands:
         if "targets" in self.ignored and self.targets <= self.ignored["targets"]:
             return
         if not self.px4 and self.motion.kind == "copter" and not self.has_target:
-            self.cruise = USUAL_SPEED["copter"]
+            self.cruise, self.motion.climb = USUAL_SPEED["copter"], CLIMB
         self.circle, self.has_target = None, True
         self.target = (*self.local(message.lat_int / 1e7, message.lon_int / 1e7), message.alt)
         if self.motion.kind == "submarine":

@@ -29,6 +29,7 @@ class Motion:
         self.heading = self.roll = self.pitch = self.airspeed = 0.0
         self.random = random.Random(1)
         self.planned, self.asked = 0.0, (0.0, 0.0)
+        self.climb = CLIMB
 
     @property
     def flies(self):
@@ -50,14 +51,14 @@ class Motion:
         if self.kind == "plane":
             speed = cruise
         level = [g * speed / away if away > 0.01 else 0.0 for g in gap[:2]]
-        return (*level, max(-DESCENT, min(CLIMB, gap[2])))
+        return (*level, max(-DESCENT, min(self.climb, gap[2])))
 
     def around(self, north, east, up, radius, side, speed):
         x, y = self.at[0] - north, self.at[1] - east
         angle, away = math.atan2(y, x), math.hypot(x, y)
         ahead = speed / radius * 0.6 if self.kind in HOVERS else 0.0
         course = angle + side * (math.pi / 2 + max(-1.2, min(1.2, (away - radius) / radius * 2.0)) + ahead)
-        return speed * math.cos(course), speed * math.sin(course), max(-DESCENT, min(CLIMB, up - self.at[2]))
+        return speed * math.cos(course), speed * math.sin(course), max(-DESCENT, min(self.climb, up - self.at[2]))
 
     def step(self, dt, wanted, *, powered, rolls=False):
         """Move on; without power it falls, stays or drifts. rolls: a plane on the ground."""

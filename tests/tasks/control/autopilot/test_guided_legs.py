@@ -73,6 +73,34 @@ def test_a_speed_that_is_accepted_and_not_kept_ends_the_plan(body, profile, kind
     fails(vehicle, "m/s, and the plan says 2 m/s")
 
 
+SLOW_TAKEOFF = "  - takeoff: {altitude: 24, speed: 1 m/s}\n"
+
+
+@HEAVY
+def test_a_copter_takes_off_at_the_speed_of_the_plan(body):
+    vehicle = body("autopilot-copter", kind="copter")
+    succeeds(vehicle, SLOW_TAKEOFF, 60.0)
+    states = vehicle.said[imc.EstimatedState]
+    heights = [state.height - states[0].height for state in states]
+    climbs = sorted(-state.vz for state, height in zip(states, heights, strict=True) if 13.0 < height < 22.0)
+    assert climbs[len(climbs) // 2] == pytest.approx(1.0, rel=0.2)
+    assert "it climbs at" not in "\n".join(vehicle.texts())
+
+
+@HEAVY
+@pytest.mark.parametrize(("kind", "hand"), [("copter", "ignore speed"), ("px4", "")])
+def test_a_takeoff_that_climbs_faster_than_the_plan_says_is_reported(body, kind, hand):
+    vehicle = body("autopilot-copter", kind=kind)
+    vehicle.ready()
+    if hand:
+        vehicle.tell(hand)
+    vehicle.start(SLOW_TAKEOFF)
+    assert vehicle.wait(vehicle.outcome, 60.0) == "SUCCESS", "\n".join(vehicle.texts())
+    told = [text for text in vehicle.texts() if "it climbs at" in text]
+    assert len(told) == 1
+    assert told[0].endswith("m/s, and the plan says 1 m/s")
+
+
 @HEAVY
 def test_a_speed_that_is_refused_ends_the_plan(body):
     rover = body("autopilot-rover", kind="rover")
