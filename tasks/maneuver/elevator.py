@@ -15,9 +15,9 @@ class Elevator(Maneuver):
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     vertical_monitor: bool = param(True, "", "Fail if the depth does not change.", name="VMonitor")
-    slowest: float = param(0.1, "m/s", "Smallest vertical speed.", name="VMonitor -- Minimum Speed", minimum=0)
+    slowest: float = param(0.1, "m/s", "Smallest vertical speed; below 0 for none.", name="VMonitor -- Minimum Speed")
     patience: float = param(
-        20.0, "s", "Time over which the vertical speed is measured.", name="VMonitor -- Timeout", minimum=1
+        20.0, "s", "Time over which the vertical speed is measured.", name="VMonitor -- Timeout", minimum=0.1
     )
 
     async def execute(self, elevator: imc.Elevator) -> None:

@@ -32,9 +32,9 @@ class PopUp(Maneuver):
     minimum_distance: float = param(3.0, "m", "A fix within this distance confirms the estimated position.", minimum=0)
     minimum_satellites: int = param(8, "1", "Least number of satellites of a good fix.", minimum=0, maximum=255)
 
-    slowest: float = param(0.1, "m/s", "Smallest vertical speed.", name="VMonitor -- Minimum Speed", minimum=0)
+    slowest: float = param(0.1, "m/s", "Smallest vertical speed; below 0 for none.", name="VMonitor -- Minimum Speed")
     patience: float = param(
-        20.0, "s", "Time over which the vertical speed is measured.", name="VMonitor -- Timeout", minimum=1
+        20.0, "s", "Time over which the vertical speed is measured.", name="VMonitor -- Timeout", minimum=0.1
     )
 
     async def execute(self, popup: imc.PopUp) -> None:

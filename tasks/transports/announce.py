@@ -61,7 +61,7 @@ class Announce(Task):
         editable=False,
     )
     announcement_periodicity: float = param(
-        PERIOD, "s", "Time between two announcements.", minimum=1, maximum=60, editable=False
+        PERIOD, "s", "Time between two announcements, 1.2 s at least.", minimum=0, editable=False
     )
     system_type: str = param("uuv", "", "Kind of system.", choices=SYSTEM_TYPES)
     enable_loopback: bool = param(True, "", "Announce to this computer.", editable=False)
@@ -162,7 +162,7 @@ class Announce(Task):
     def announce(self) -> None:
         """Send what this computer may know to it, and what others may know to them."""
         self.asked, self.sent = False, network_time(self)
-        self.due = self.sent + self.announcement_periodicity
+        self.due = self.sent + max(SHORTEST, self.announcement_periodicity)
         offered = list(self.offered.values())
         message = self.build_announce(loopback_services(offered))
         troubles = self.send("", message, announce_targets([LOOPBACK] if self.enable_loopback else [], self.ports))

@@ -169,7 +169,7 @@ class SpeedTask(BoatController):
     )
     speed_gains: list[float] = param([0.0, 25.0, 0.0], "rpm/(m/s)", "P, I, D on speed.", name="MPS PID Gains", size=3)
     speed_integral_limit: float = param(
-        400.0, "rpm", "Limit of the integral; -1 for none.", name="MPS Integral Limit", minimum=-1
+        400.0, "rpm", "Limit of the integral; below 0 for none.", name="MPS Integral Limit"
     )
     speed_feedforward: float = param(
         1000.0, "rpm/(m/s)", "Feed-forward gain of the speed.", name="MPS Feedforward Gain"

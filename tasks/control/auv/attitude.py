@@ -42,13 +42,13 @@ class Attitude(Task):
     """
 
     heading_gains: list[float] = param([1.5, 0.0, 0.15], "1/s", "P, I, D.", name="Heading PID Gains", size=3)
-    heading_integral_limit: float = param(-1.0, "°/s", "Limit of the integral; -1 for none.", minimum=-1)
+    heading_integral_limit: float = param(-1.0, "°/s", "Limit of the integral; below 0 for none.")
     heading_rate_gains: list[float] = param([1.2, 0.0, 0.0], "N m s", "P, I, D.", name="Heading Rate PID Gains", size=3)
-    heading_rate_integral_limit: float = param(-1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    heading_rate_integral_limit: float = param(-1.0, "°", "Limit of the integral; below 0 for none.")
     maximum_heading_rate: float = param(30.0, "°/s", "Largest heading rate that is commanded.", minimum=0)
     maximum_fin_rotation: float = param(25.0, "°", "Limit of the torques about roll and yaw, in N m/rad.", minimum=0)
     depth_gains: list[float] = param([0.5, 0.06, 0.7], "rad/m", "P, I, D.", name="Depth PID Gains", size=3)
-    depth_integral_limit: float = param(10.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    depth_integral_limit: float = param(10.0, "°", "Limit of the integral; below 0 for none.")
     altitude_enabled: bool = param(
         True, "", "Control altitude with its own gains, not with those of depth.", name="Altitude Control -- Enabled"
     )
@@ -60,14 +60,14 @@ class Attitude(Task):
         editable=False,
     )
     altitude_gains: list[float] = param([2.0, 0.01, 4.0], "rad/m", "P, I, D.", name="Altitude PID Gains", size=3)
-    altitude_integral_limit: float = param(6.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    altitude_integral_limit: float = param(6.0, "°", "Limit of the integral; below 0 for none.")
     altitude_reference_margin: float = param(0.2, "m", "Margin above the minimum altitude.", minimum=0)
     altitude_timeout: float = param(60.0, "s", "How long altitude may be unknown when it is needed.", minimum=0)
     maximum_pitch_reference: float = param(15.0, "°", "Largest pitch that is commanded.", minimum=0, maximum=80)
     force_pitch_at_surface: bool = param(False, "", "At the surface, hold a pitch instead of the depth.")
-    pitch_angle_at_surface: float = param(0.0, "°", "Pitch held at the surface.", minimum=-45, maximum=45)
+    pitch_angle_at_surface: float = param(0.0, "°", "Pitch held at the surface.", minimum=-90, maximum=90)
     pitch_gains: list[float] = param([1.5, 0.09, 0.5], "N m/rad", "P, I, D.", name="Pitch PID Gains", size=3)
-    pitch_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    pitch_integral_limit: float = param(1.0, "°", "Limit of the integral; below 0 for none.")
     maximum_pitch_error: float = param(
         35.0, "°", "Pitch may differ from its reference by more only for Pitch Error Timeout; 0 for ever.", minimum=0
     )
@@ -75,7 +75,7 @@ class Attitude(Task):
     maximum_pitch_actuation: float = param(25.0, "°", "Limit of the torque about pitch, in N m/rad.", minimum=0)
     roll_enabled: bool = param(True, "", "Keep the vehicle level.", name="Enable roll controller")
     roll_gains: list[float] = param([1.0, 0.02, 0.2], "N m/rad", "P, I, D.", name="Roll PID Gains", size=3)
-    roll_integral_limit: float = param(1.0, "°", "Limit of the integral; -1 for none.", minimum=-1)
+    roll_integral_limit: float = param(1.0, "°", "Limit of the integral; below 0 for none.")
     reference_timeout: float = param(5.0, "s", "How long an enabled loop may be without a reference.", minimum=0)
     log_parcels: bool = param(False, "", "Publish the parts of each control law.", name="Log PID Parcels")
 

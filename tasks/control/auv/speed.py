@@ -32,7 +32,7 @@ class Speed(Task):
     )
     speed_gains: list[float] = param([0.0, 25.0, 0.0], "rpm/(m/s)", "P, I, D on speed.", name="MPS PID Gains", size=3)
     speed_integral_limit: float = param(
-        400.0, "rpm", "Limit of the integral; -1 for none.", name="MPS Integral Limit", minimum=-1
+        400.0, "rpm", "Limit of the integral; below 0 for none.", name="MPS Integral Limit"
     )
     speed_feedforward: float = param(
         1000.0, "rpm/(m/s)", "Feed-forward gain of the speed.", name="MPS Feedforward Gain"
@@ -43,7 +43,7 @@ class Speed(Task):
     rpm_feedforward: float = param(
         0.00026, "1/rpm", "Feed-forward gain of the rotation rate.", name="RPMs Feedforward Gain"
     )
-    lowest_thrust: float = param(0.0, "1", "Lowest thrust.", name="Negative Thrust Limit", minimum=-1, maximum=0)
+    lowest_thrust: float = param(0.0, "1", "Lowest thrust.", name="Negative Thrust Limit", minimum=-1, maximum=1)
     highest_thrust: float = param(1.0, "1", "Highest thrust.", name="Positive Thrust Limit", minimum=0, maximum=1)
     rpm_timeout: float = param(2.0, "s", "Longest time without Rpm from the motor.", name="RPM Timeout", minimum=0.1)
     state_timeout: float = param(

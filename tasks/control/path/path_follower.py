@@ -45,9 +45,11 @@ class PathFollowerTask(Task):
     vehicle is stuck or strays from the path, or EstimatedState falls silent. Subclasses define how to steer.
     """
 
-    control_frequency: float = param(10.0, "Hz", "Highest rate of DesiredHeading.", minimum=0.1, maximum=100)
+    control_frequency: float = param(
+        10.0, "Hz", "Highest rate of DesiredHeading; 0 or less for that of EstimatedState.", maximum=1000
+    )
     report_frequency: float = param(
-        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
+        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.001, maximum=1000
     )
     course_control: bool = param(True, "", "Control the course instead of the heading.")
     eta_minimum_speed: float = param(
@@ -66,7 +68,7 @@ class PathFollowerTask(Task):
     )
     watch_along: bool = param(False, "", "Monitor the progress along the track.", name="Along-track -- Monitor")
     along_period: float = param(
-        20.0, "s", "Period of the progress check.", name="Along-track -- Check Period", minimum=1
+        20.0, "s", "Period of the progress check.", name="Along-track -- Check Period", minimum=0.1
     )
     along_speed: float = param(
         0.05, "m/s", "Least speed along the track.", name="Along-track -- Minimum Speed", minimum=0
@@ -82,7 +84,10 @@ class PathFollowerTask(Task):
         20.0, "s", "How long the distance may be larger.", name="Cross-track -- Time Limit", minimum=0
     )
     cross_uncertainty: float = param(
-        1.0, "1", "Fraction of the uncertainty added to the limit.", name="Cross-track -- Nav. Unc. Factor", minimum=0
+        1.0,
+        "1",
+        "Fraction of the uncertainty added to the limit; 0 or less for none.",
+        name="Cross-track -- Nav. Unc. Factor",
     )
 
     watch_bottom: bool = param(
@@ -142,7 +147,7 @@ class PathFollowerTask(Task):
     def set_cross_track_uncertainty(self, uncertainty: imc.NavigationUncertainty) -> None:
         """Set the uncertainty from the variance of the position."""
         largest = max(uncertainty.x, uncertainty.y)
-        self._uncertainty = self.cross_uncertainty * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
+        self._uncertainty = max(0.0, self.cross_uncertainty) * math.sqrt(largest) if 0.0 <= largest < math.inf else 0.0
 
     @consume
     def restart_divergence_monitor(self, brake: imc.Brake) -> None:
@@ -172,7 +177,7 @@ class PathFollowerTask(Task):
             self._guidance.update_track_coordinates(self._track_of(self._path, state))
         elif before is not None:
             self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
-        if state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
+        if self.control_frequency <= 0.0 or state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
             self._cycled = state.timestamp
             self._cycle(self._path, state)
 
