@@ -59,8 +59,8 @@ class Gaussian(TrueStateSensorTask):
         bell = math.exp(-0.5 * distance * distance)
         value = self.value_away_from_peak + (self.value_at_peak - self.value_away_from_peak) * bell + noise
         if self.invalid_at_surface and truth.z < SURFACE:
-            self.publish(self._kind(value=-1.0))
-        self.publish(self._kind(value=value))
+            self.publish(self._kind().replace(value=-1.0))
+        self.publish(self._kind().replace(value=value))
 
 
 def message_with_a_value(name: str) -> type[imc.Message]:
