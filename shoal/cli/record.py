@@ -87,6 +87,8 @@ def record(
     if form == "mcap":
         with require_extra("analysis"):
             import_module("shoal.logs.export.mcap_writer")  # before anything is recorded
+    elif output is not None and output.suffix.casefold() == ".mcap":
+        raise click.UsageError(f"-o names a folder: for {output} add -f mcap, which makes a file of each log in it")
     folder = output or Path(f"record-{datetime.now(UTC):%Y%m%d-%H%M%S}")
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):

@@ -24,6 +24,20 @@ from shoal.network import AsyncRemoteVehicle, MessageListener
 from support.terminal_text import printable, suggestion
 
 FASTEST = 1000.0  # Hz
+
+
+class Rate(click.FloatRange):
+    """A rate in Hz, with or without its unit."""
+
+    name = "rate"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        plain: Any = value
+        if isinstance(value, str) and value.strip().casefold().endswith("hz"):
+            plain = value.strip()[:-2].strip()
+        return super().convert(plain, param, ctx)
+
+
 FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not listed
 
 
@@ -33,7 +47,7 @@ FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not lis
 @click.argument("assignments", metavar="[FIELD=VALUE]...", nargs=-1, shell_complete=complete_field)
 @click.option(
     "--rate",
-    type=click.FloatRange(0.0, FASTEST, min_open=True),
+    type=Rate(0.0, FASTEST, min_open=True),
     metavar="HZ",
     help="Send again and again, so many times a second.",
 )

@@ -206,6 +206,17 @@ def test_wrong_use_is_status_2(words: tuple[str, ...]) -> None:
     assert "Traceback" not in result.output
 
 
+def test_a_rate_has_its_unit_and_an_output_called_mcap_needs_the_format(tmp_path: Path) -> None:
+    too_fast = shoal("send", NAME, "Sms", "--rate", "2000 Hz")
+    assert (too_fast.exit_code, "2000" in too_fast.output, "not a valid" in too_fast.output) == (2, True, False)
+    unknown = shoal("send", NAME, "Smss", "--rate", "2Hz", "--count", 3)
+    assert "Smss" in unknown.output, "the rate is accepted"
+    result = shoal("record", NAME, "-o", tmp_path / "a.mcap", "--for", "1s")
+    assert result.exit_code == 2
+    assert "add -f mcap" in " ".join(result.output.split())
+    assert not (tmp_path / "a.mcap").exists()
+
+
 @pytest.mark.parametrize("where", ["rate(EstimatedState) > 5", "rate > 5 Hz", "EstimatedState.hz < 10"])
 def test_a_condition_about_rates_points_to_the_option_for_them(where: str) -> None:
     result = shoal("spy", NAME, "--where", where)
