@@ -5,6 +5,7 @@ from autonomy.plans.duration_energy_forecast import (
     PlanForecast,
     feasibility_violations,
     forecast_plan,
+    forecast_totals,
     format_tuple_list,
 )
 from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
@@ -37,6 +38,7 @@ __all__ = [
     "feasibility_violations",
     "flight_violations",
     "forecast_plan",
+    "forecast_totals",
     "format_tuple_list",
     "is_airborne",
     "main_sequence",

@@ -15,6 +15,8 @@ from autonomy.plans.estimate import (
     estimate_maneuver,
 )
 from autonomy.plans.graph import PlanError, PlanGraph
+from imc.tuple_list import parse_tuple_list
+from support.number_parsing import leading_number
 
 LONGEST_TEXT = 20_000  # bytes
 
@@ -115,3 +117,15 @@ def format_tuple_list(values: Mapping[str, float], digits: int) -> str:
     words = [f"{name}={value:.{digits}f}" for name, value in values.items() if math.isfinite(value)]
     ends = accumulate(len(word.encode(errors="surrogateescape")) + 1 for word in words)
     return ",".join(word for word, end in zip(words, ends, strict=True) if end <= LONGEST_TEXT)
+
+
+def forecast_totals(statistics: imc.PlanStatistics) -> tuple[float, float]:
+    """The duration (s) and the energy (% of a full battery) of a plan in its statistics; NaN if they are unknown."""
+    return _total(statistics.durations), _total(statistics.fuel)
+
+
+def _total(text: str) -> float:
+    try:
+        return leading_number(parse_tuple_list(text.replace(",", ";")).get("Total", ""))
+    except ValueError:
+        return math.nan

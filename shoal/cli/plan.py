@@ -1,7 +1,8 @@
 """`shoal plan`: the plans of running vehicles."""
 
 import json
-from contextlib import nullcontext
+import math
+from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import partial
@@ -25,7 +26,7 @@ from shoal.cli.vehicle_selection import (
     run_on_selection,
     vehicles_argument,
 )
-from shoal.network import AsyncRemoteVehicle, PlanOutcome, Refused
+from shoal.network import AsyncRemoteVehicle, NoAnswer, PlanEstimate, PlanOutcome, Refused, format_percent
 from support.file_errors import add_path_to_errors
 from support.terminal_text import printable
 
@@ -95,7 +96,7 @@ def plan(
         if isinstance(what, str):
             return await start(there, what)
         try:
-            return await (there.plan.put(what) if action == "put" else start(there, what))
+            return await (put(there, what) if action == "put" else start(there, what))
         except Refused as error:
             from shoal.missions import locate_reason
 
@@ -103,14 +104,28 @@ def plan(
             located = locate_reason(Path(plan or ""), reason)
             raise Refused(located if located != reason else str(error)) from None
 
+    async def put(there: AsyncRemoteVehicle, what: imc.PlanSpecification) -> PlanEstimate:
+        await there.plan.put(what)
+        with suppress(NoAnswer):
+            return await there.plan.estimate(what.plan_id)
+        return PlanEstimate()
+
     async def start(there: AsyncRemoteVehicle, what: str | imc.PlanSpecification) -> Any:
         name = what if isinstance(what, str) else what.plan_id
         say = None if vehicle.single_name else prefixed(there.name, err=True)
+        estimates: list[PlanEstimate] = []
+
+        def keep(estimate: PlanEstimate) -> None:
+            estimates.append(estimate)
+            if not as_json:
+                (say or partial(click.echo, err=True))(estimate.describe())
+
+        begin = partial(there.plan.start, what, calibrate=calibrate, estimated=keep)
         if no_wait or as_json:
-            return await there.plan.start(what, wait=not no_wait, calibrate=calibrate)
+            return await begin(wait=not no_wait) or estimates[-1]
         display = PlanProgressDisplay(name, say)
         with display.bar or nullcontext():
-            return await there.plan.start(what, calibrate=calibrate, progress=display)
+            return await begin(progress=display) or estimates[-1]
 
     try:
         results = run_on_selection(vehicle, connection, act)
@@ -156,7 +171,10 @@ def _convert(path: Path, there: AsyncRemoteVehicle) -> imc.PlanSpecification:
 
 def _to_json(action: str, found: Any) -> object:
     if isinstance(found, PlanOutcome):
-        return asdict(found)
+        outcome = {"plan": found.plan, "completed": found.completed, "reason": found.reason, "seconds": found.seconds}
+        return {**outcome, **_estimate_to_dict(found.estimate), "energy_used": _finite(found.energy_used)}
+    if isinstance(found, PlanEstimate):
+        return {"done": True, **_estimate_to_dict(found), "rejected": found.rejected or None}
     if isinstance(found, imc.PlanControlState):
         return plan_state_to_dict(found)
     if isinstance(found, imc.PlanSpecification):
@@ -164,9 +182,23 @@ def _to_json(action: str, found: Any) -> object:
     return [asdict(plan) for plan in found] if action == "list" else {"done": True}
 
 
+def _estimate_to_dict(estimate: PlanEstimate) -> dict[str, float | None]:
+    return {
+        "estimated_seconds": _finite(estimate.seconds),
+        "estimated_energy": _finite(estimate.energy),
+        "battery": _finite(estimate.battery),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """A number for JSON, None if it is unknown."""
+    return value if math.isfinite(value) else None
+
+
 def _show(action: str, name: str, found: Any, output: Path | None, as_json: bool, say: Say) -> None:
     if isinstance(found, PlanOutcome):
         say(printable(f"{found.plan}: {found.reason}, after {found.seconds:.0f} s"))
+        say(f"energy: {format_percent(found.energy_used)} of the battery used")
     elif isinstance(found, imc.PlanControlState):
         say(format_plan_state(found))
     elif isinstance(found, imc.PlanSpecification):
@@ -178,6 +210,10 @@ def _show(action: str, name: str, found: Any, output: Path | None, as_json: bool
     else:
         words = {"put": f"stored as {name}", "delete": "deleted", "start": "started", "stop": "stopped"}
         say(printable(words[action]))
+        if isinstance(found, PlanEstimate) and action == "put":
+            say(found.describe())
+            if found.rejected:
+                say(printable(f"it would not start now: {found.rejected}"))
 
 
 def _show_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool, say: Say) -> None:

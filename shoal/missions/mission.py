@@ -5,13 +5,12 @@ from collections.abc import Callable
 from functools import partial
 
 import imc
+from autonomy.plans import forecast_totals
 from imc.coordinates import NOWHERE, absolute_position
-from imc.tuple_list import parse_tuple_list
 from runtime.snapshot import InputJournals, run_with_snapshots, save_beside_log
 from runtime.vehicle import Vehicle
 from shoal.missions.report import COMPLETED, FAILED, ManeuverReport, Report
 from shoal.missions.start_request import PlanStartRequest
-from support.number_parsing import leading_number
 from support.wgs84 import ground_distance
 
 NEEDED = ("Supervisors.Vehicle", "Plan.Engine")  # a mission waits for their messages
@@ -178,8 +177,7 @@ class Mission:
     def _note_estimate(self, statistics: imc.PlanStatistics) -> None:
         if statistics.src == self._vehicle.system and statistics.type == imc.PlanStatistics.Type.PREPLAN:
             report = self.report
-            report.estimated_seconds = _total(statistics.durations)
-            report.estimated_energy = _total(statistics.fuel)
+            report.estimated_seconds, report.estimated_energy = forecast_totals(statistics)
             if self._estimated is not None:
                 self._estimated(report)
 
@@ -188,11 +186,3 @@ class Mission:
             if not self._is_flying:
                 self.report.battery_before = fuel.value
             self.report.battery_after = fuel.value
-
-
-def _total(texts: str) -> float:
-    """The value of Total in a list of PlanStatistics, NaN if it has none or no number."""
-    try:
-        return leading_number(parse_tuple_list(texts.replace(",", ";")).get("Total", ""))
-    except ValueError:
-        return math.nan

@@ -37,6 +37,7 @@ from shoal.network.parameter_transfer import (
     load_parameters,
 )
 from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
+from shoal.network.plan_estimate import PlanEstimate, format_percent
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, StoredPlan
 from shoal.network.recording import NetworkRecorder, RecordingEnd, VehicleRecording
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
@@ -70,6 +71,7 @@ __all__ = [
     "ParameterFileError",
     "ParameterOutcome",
     "PartialAnswer",
+    "PlanEstimate",
     "PlanOutcome",
     "PlannedChange",
     "ReceivedPacket",
@@ -97,6 +99,7 @@ __all__ = [
     "diagnose",
     "dump_parameters",
     "field_value",
+    "format_percent",
     "load_parameters",
     "make_network",
     "parameter_file_text",

@@ -95,6 +95,7 @@ class RemotePlans(_BlockingProxy):
     put = _BlockingProxy.blocking(AsyncRemotePlans.put)
     delete = _BlockingProxy.blocking(AsyncRemotePlans.delete)
     status = _BlockingProxy.blocking(AsyncRemotePlans.status)
+    estimate = _BlockingProxy.blocking(AsyncRemotePlans.estimate)
     start = _BlockingProxy.blocking(AsyncRemotePlans.start)
     stop = _BlockingProxy.blocking(AsyncRemotePlans.stop)
 

@@ -4,11 +4,12 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import imc
-from shoal.network.link import NetworkError, Refused
+from shoal.network.link import NetworkError, NoAnswer, Refused
 from shoal.network.network import GRACE, Network
+from shoal.network.plan_estimate import PlanEstimate
 from shoal.network.system_table import NetworkSystem
 from support.terminal_text import suggestion
 
@@ -18,6 +19,7 @@ Phase = imc.PlanControlState.State
 OVER = (Phase.READY, Phase.BLOCKED)
 UNDEFINED = "undefined plan"  # DUNE says so, too
 MOST_LATE = 4  # reports that come after an answer, since by another network, and are older
+BATTERY_PATIENCE = 1.5  # s for a report of the battery, without which its charge is unknown
 LAST_WORDS = 1.5  # s from the end of a plan to the reason, which is a message of its own
 
 
@@ -34,12 +36,17 @@ class StoredPlan:
 
 @dataclass(frozen=True)
 class PlanOutcome:
-    """The end of a plan: whether it was completed, and the vehicle's words."""
+    """The end of a plan: whether it was completed, and the vehicle's words.
+
+    `energy_used` is in % of a full battery; NaN if unknown.
+    """
 
     plan: str
     completed: bool
     reason: str
     seconds: float
+    estimate: PlanEstimate = field(default_factory=PlanEstimate)
+    energy_used: float = math.nan
 
 
 class AsyncRemotePlans:
@@ -72,6 +79,28 @@ class AsyncRemotePlans:
         """Store a plan under its own name; one that is there is replaced. Raises EncodeError if it is too large."""
         await self._database(imc.PlanDB.Op.SET, plan.plan_id, plan)
 
+    async def estimate(self, name: str) -> PlanEstimate:
+        """The time and energy that a stored plan takes if it starts now; unknown while the vehicle carries out a plan.
+
+        Raises NoAnswer.
+        """
+        if (await self.status()).state not in OVER:
+            return await self._estimate()
+        request = imc.PlanControl(op=Op.LOAD, plan_id=name, request_id=self._network.next_request_id())
+        ask = self._network.request
+        answer = await ask(self._system, request, (imc.PlanControl,), lambda message: self._answer(message, request))
+        found = await self._estimate(answer.arg)
+        return replace(found, rejected=answer.info) if answer.type == Type.FAILURE else found
+
+    async def _estimate(self, statistics: imc.Message | None = None) -> PlanEstimate:
+        """The estimate in a reply, beside the charge of the battery, if the vehicle reports it soon."""
+        self._network.subscribe(self._system, (imc.FuelLevel,))
+        fuel = self._system.latest_message(imc.FuelLevel)
+        if fuel is None:
+            with suppress(NoAnswer):
+                fuel = await self._network.next_message(self._system, imc.FuelLevel, BATTERY_PATIENCE, takes_old=True)
+        return PlanEstimate.from_statistics(statistics, fuel)
+
     async def delete(self, name: str) -> None:
         """Delete a stored plan. Raises Refused if there is none of this name."""
         await self._database(imc.PlanDB.Op.DEL, name)
@@ -100,11 +129,12 @@ class AsyncRemotePlans:
         calibrate: bool = False,
         ignore_errors: bool = False,
         progress: Callable[[imc.PlanControlState], object] | None = None,
+        estimated: Callable[[PlanEstimate], object] | None = None,
     ) -> PlanOutcome | None:
         """Start a stored plan, or one that is sent with the request, which the vehicle stores once it has accepted it.
 
-        Waits for the end, unless `wait` is False; `progress` gets each report until then. Raises Refused if the vehicle
-        does not start it.
+        Waits for the end, unless `wait` is False; `estimated` gets what the plan takes when it is accepted, `progress`
+        each report until the end. Raises Refused if the vehicle does not start it.
         """
         flags = (imc.PlanControl.Flags.CALIBRATE if calibrate else 0) | (
             imc.PlanControl.Flags.IGNORE_ERRORS if ignore_errors else 0
@@ -119,6 +149,9 @@ class AsyncRemotePlans:
             answer = await network.request(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
             if answer.type == Type.FAILURE:
                 raise await self._refused(name, answer.info)
+            estimate = await self._estimate(answer.arg)
+            if estimated is not None:
+                estimated(estimate)
             if not wait:
                 return None
             began, over, words, flown = time.monotonic(), 0.0, "", False
@@ -137,15 +170,20 @@ class AsyncRemotePlans:
                         if time.monotonic() - over > LAST_WORDS:
                             unknown = "plan has failed" if failed else "plan has ended, and its outcome did not arrive"
                             text = (words or "plan completed") if done else unknown
-                            return PlanOutcome(name, done, text, time.monotonic() - began)
+                            return self._outcome(name, done, text, began, estimate)
                     elif progress is not None:
                         progress(message)
                 elif message is not None and (reply := self._answer(message, request)) is not None:
                     words = reply.info
                     if reply.type == Type.FAILURE or words.startswith("plan completed"):
-                        return PlanOutcome(name, reply.type == Type.SUCCESS, words, time.monotonic() - began)
+                        return self._outcome(name, reply.type == Type.SUCCESS, words, began, estimate)
         finally:
             network.close_listener(listener)
+
+    def _outcome(self, name: str, done: bool, reason: str, began: float, estimate: PlanEstimate) -> PlanOutcome:
+        fuel = self._system.latest_message(imc.FuelLevel)
+        used = math.nan if fuel is None else estimate.battery - fuel.value
+        return PlanOutcome(name, done, reason, time.monotonic() - began, estimate, used)
 
     async def stop(self) -> None:
         """Stop the plan that is running. Raises Refused if none is."""

@@ -215,14 +215,12 @@ class Engine(Task):
             self.start_script(self._check_only, request)
 
     async def _check_only(self, script: Script, request: imc.PlanControl) -> None:
-        """LOAD: only check the plan."""
+        """LOAD: only check the plan; the state reports the plan before, and its outcome."""
         try:
             forecast = await self._prepare(script, request)
         except PlanError as error:
-            self._outcome = Outcome.FAILURE if self._execution is None else self._outcome
             self._replies.refuse(request, str(error))
         else:
-            self._plan_id = forecast.graph.plan.plan_id
             self._replies.succeed(request, "plan loaded", forecast.statistics(self._preflight.capacity))
 
     def _publish_action(self, message: imc.Message) -> None:

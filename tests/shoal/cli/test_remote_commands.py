@@ -1,6 +1,7 @@
 """The commands for running vehicles, on one vehicle in a process of its own."""
 
 import json
+import re
 import shlex
 import signal
 import subprocess
@@ -84,7 +85,10 @@ def test_spy(process: Running) -> None:
 def test_plans(process: Running, tmp_path: Path) -> None:
     path = tmp_path / "pause.yaml"
     path.write_text(PLAN % 1)
-    assert shoal("plan", NAME, "put", path).output == "stored as pause\n"
+    stored = shoal("plan", NAME, "put", path).output.splitlines()
+    assert stored[0] == "stored as pause"
+    assert re.fullmatch(r"estimated time 1 s, energy 0\.\d % of the battery, which has \d+\.\d %", stored[1]), stored
+    assert len(stored) == 2
     assert [plan["name"] for plan in json_of("plan", NAME, "list", "--json")] == ["pause"]
     assert "pause" in shoal("plan", NAME, "list").output
     copy = tmp_path / "copy.yaml"
@@ -94,6 +98,8 @@ def test_plans(process: Running, tmp_path: Path) -> None:
     assert flown.exit_code == 0
     assert "pause: plan completed" in flown.stdout
     assert "EXECUTING  pause" in flown.stderr
+    assert stored[1].partition(", which")[0] in flown.stderr
+    assert re.search(r"^energy: -?0\.\d % of the battery used$", flown.stdout, re.MULTILINE), flown.stdout
     deep = tmp_path / "deep.yaml"
     deep.write_text(
         "origin: 41.185°, -8.7062°\nmaneuvers:\n- idle: {duration: 1}\n- goto: {north: 9, depth: 200, speed: 1}\n"
@@ -102,7 +108,19 @@ def test_plans(process: Running, tmp_path: Path) -> None:
     assert (refused.exit_code, f"{deep}:4: Goto2: maneuver depth beyond" in refused.output) == (1, True), refused.output
     assert [plan["name"] for plan in json_of("plan", NAME, "list", "--json")] == ["pause"]
     path.write_text(PLAN % 600)
-    assert json_of("plan", NAME, "start", path, "--no-wait", "--json") == {"done": True}
+    before = json_of("plan", NAME, "status", "--json")
+    foreseen = json_of("plan", NAME, "put", deep, "--json")
+    assert "Goto2: maneuver depth beyond" in foreseen["rejected"]
+    assert shoal("plan", NAME, "put", deep).output.splitlines()[2].startswith("it would not start now: Goto2: ")
+    assert shoal("plan", NAME, "delete", "deep").output == "deleted\n"
+    status = json_of("plan", NAME, "status", "--json")
+    names = "plan", "last_outcome"
+    assert [status[name] for name in names] == [before[name] for name in names], "a check is no plan"
+    begun = json_of("plan", NAME, "start", path, "--no-wait", "--json")
+    assert (begun["done"], begun["estimated_seconds"]) == (True, 600.0)
+    assert 0.0 < begun["estimated_energy"] < begun["battery"] <= 100.0
+    meanwhile = json_of("plan", NAME, "put", path, "--json")
+    assert (meanwhile["done"], meanwhile["estimated_seconds"], meanwhile["rejected"]) == (True, None, None)
     status = json_of("plan", NAME, "status", "--json")
     assert (status["state"], status["plan"]) == ("EXECUTING", "pause")
     assert shoal("plan", NAME, "stop").output == "stopped\n"
@@ -127,7 +145,7 @@ def test_ctrl_c_ends_the_command_and_not_the_plan(process: Running, tmp_path: Pa
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as start:
             try:
                 assert start.stderr is not None
-                assert "pause" in start.stderr.readline()
+                assert any("pause" in start.stderr.readline() for _ in range(2))  # the estimate is first
                 start.send_signal(signal.SIGINT)
                 assert f"`shoal plan {NAME} stop` stops it" in start.stderr.read()
             finally:
