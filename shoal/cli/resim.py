@@ -1,5 +1,6 @@
 """`shoal resim`: re-runs tasks on a log and shows the differences."""
 
+import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -74,6 +75,8 @@ def print_comparison(done: Resimulation) -> None:
     for entity, inputs in done.missing.items():
         text = f"{_label(done, entity)}: not comparable: the log lacks what it subscribes to: {', '.join(inputs)}"
         click.echo(printable(text))
+    for name in dict.fromkeys(name for inputs in done.missing.values() for name in inputs):
+        click.echo(printable(_describe_sources(done, name)))
     comparable = {key: tally for key, tally in comparison.counts.items() if key[0] not in done.missing}
     if done.missing and not comparable:
         return
@@ -91,6 +94,19 @@ def print_comparison(done: Resimulation) -> None:
         click.echo(printable(f"{names}: {format_noun_count(total, 'message')}, 0 bytes of difference"))
     else:
         click.echo(printable(f"{names}: {format_noun_count(comparison.bytes, 'byte')} of difference"))
+
+
+def _describe_sources(done: Resimulation, name: str) -> str:
+    """Which tasks can make an input that the log lacks, and the option to add those that are not re-simulated."""
+    sources = done.sources.get(name, [])
+    others = [section for section in sources if section not in done.tasks]
+    if not sources:
+        return f"  {name}: no task of the profile makes it"
+    again = [section for section in sources if section in done.tasks]
+    words = [f"{', '.join(again)}, which published none here"] if again else []
+    if others:
+        words.append(f"{', '.join(others)}: add {' '.join(f'-t {shlex.quote(section)}' for section in others)}")
+    return f"  {name} can come from {'; or '.join(words)}"
 
 
 def _messages(done: Resimulation, tallies: dict[EntityMessage, MessageCount]) -> Table:

@@ -19,6 +19,7 @@ from shoal.rerun.comparison import LastMomentBuffer, RerunComparison
 from shoal.rerun.log_summary import GAP, RerunLogSummary, summarize_log
 from shoal.rerun.logged_bus import LoggedBus
 from shoal.rerun.logged_packet_times import LogReplay, TimestampResolver, make_sender_test
+from shoal.rerun.publishing_tasks import publishing_sections
 from shoal.rerun.run_log_sequence import CONFIGURATION, LoggedRun, find_run_of_log
 from support.file_errors import add_path_to_errors
 from support.terminal_text import quoted, suggestion
@@ -37,7 +38,7 @@ class Resimulation:
 
     notes: what cannot be reproduced, and why. begin: s since 1970 UTC. labels: of the tasks' entities, by id.
     missing: inputs that a task subscribes to and the log lacks, by entity; what these entities publish cannot be
-    compared with the log.
+    compared with the log. sources: the sections of the profile whose task can make such an input, by its name.
     """
 
     log: imc.Log
@@ -48,6 +49,7 @@ class Resimulation:
     notes: list[str] = field(default_factory=list[str])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     missing: dict[int, list[str]] = field(default_factory=dict[int, list[str]])
+    sources: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
 
 
 def resimulate(
@@ -131,14 +133,19 @@ def resimulate(
         comparison.finish()
     notes += _reservations(run, about, loaded, again, chosen, virtual, bus.malformed_in_log)
     missing: dict[int, list[str]] = {}
+    kinds = {kind for (_, kind), tally in comparison.counts.items() if tally.published}
+    published = {run.schema.by_id(kind).__name__ for kind in kinds & run.schema.types_by_id.keys()}
     for task in again:
         own_ids = {entity.id for entity in vehicle.entities if entity.component == task.name}
         stopped = any(t.logged and not t.published for (entity, _), t in comparison.counts.items() if entity in own_ids)
         if any(t.only_logged for (entity, _), t in comparison.counts.items() if entity in own_ids):
             notes += _ending(run, about, task)
-        if lacking := list(_lacking(run, about, loaded, task, stopped=stopped)):
+        inputs = _lacking(run, about, loaded, task, stopped=stopped)
+        if lacking := [name for name in inputs if name not in published]:
             missing |= dict.fromkeys(own_ids, lacking)
-    return Resimulation(log, sections, comparison, virtual and not overrides, start / SECOND, notes, chosen, missing)
+    sources = publishing_sections(loaded, {name for names in missing.values() for name in names})
+    exact = virtual and not overrides
+    return Resimulation(log, sections, comparison, exact, start / SECOND, notes, chosen, missing, sources)
 
 
 def logged_profile(log: imc.Log, about: RerunLogSummary, named: str | Path | None) -> tuple[Profile, list[str]]:

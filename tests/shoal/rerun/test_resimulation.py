@@ -297,7 +297,14 @@ def test_task_without_its_input_is_not_compared(log: imc.Log, tmp_path: Path) ->
     said = CliRunner().invoke(main, ["resim", str(part.path.parent), "--task", "GPS"])
     assert said.exit_code == 1
     assert "GPS: not comparable: the log lacks what it subscribes to: SimulatedState" in said.output
+    assert "SimulatedState can come from Simulators.EstimatedState: add -t Simulators.EstimatedState\n" in said.output
     assert "GpsFix" not in said.output
+    both = resimulate(part, ["GPS", "Simulators.EstimatedState"])
+    assert not both.missing
+    gps = next(entity for entity, label in both.labels.items() if label == "GPS")
+    counted = [tally for (entity, _), tally in both.comparison.counts.items() if entity == gps]
+    assert counted
+    assert all(tally.logged == tally.equal for tally in counted)
     assert "bytes of difference" not in said.output
     assert resimulate(log, ["GPS"]).missing == {}
 
