@@ -134,7 +134,7 @@ def position_param(description: str, default: Sequence[float] = ()) -> Any:
 
 
 def mount_pose(position: Sequence[float], orientation: Sequence[float] = ()) -> Pose:
-    """Where a device is in its vehicle, by its options Device Position (m) and Device Orientation (°).
+    """The pose of a device in its vehicle, by its options Device Position (m) and Device Orientation (°).
 
     Each has three numbers, or none. Raises ParameterError.
     """

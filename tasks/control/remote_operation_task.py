@@ -115,7 +115,7 @@ class RemoteActionsTask(Task):
         """Publish further references after thrust and heading rate; `blind` if operator or navigation is silent."""
 
     def _lost(self) -> str:
-        """What has been missing for too long; empty if nothing."""
+        """The input that has been missing for too long; empty if none."""
         if self.age(self._heard) > self.connection_timeout:
             return f"no remote action for {self.connection_timeout:g} s"
         if self.age(self._located) > self.state_timeout:

@@ -17,7 +17,7 @@ PROGRESS, PATIENCE = 0.3, 30.0  # m that the depth must change in a time (s) unt
 
 
 class _Turns(NamedTuple):
-    """How far the vehicle has turned since it began: heading at present, and the sum of its changes (rad)."""
+    """The turn of the vehicle since it began: heading at present, and the sum of its changes (rad)."""
 
     heading: float
     turned: float = 0.0

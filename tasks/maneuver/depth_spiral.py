@@ -10,7 +10,7 @@ CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward 
 
 
 def vertical_error(state: imc.EstimatedState, leg: PathEnd) -> float:
-    """How much deeper (m) the end of `leg` is; 0 if the altitude is unknown or `leg` has no depth or altitude."""
+    """Depth (m) of the end of `leg` below the vehicle; 0 if `leg` has no depth or altitude, or it is unknown."""
     if leg.z_units == imc.ZUnits.DEPTH:
         return leg.z - state.depth
     if leg.z_units == imc.ZUnits.ALTITUDE and state.alt >= 0.0:

@@ -204,7 +204,7 @@ class Maneuver(Task):
             return message
 
     async def wait_for_state(self) -> imc.EstimatedState:
-        """Where the vehicle is; waits for the first EstimatedState of the maneuver."""
+        """The state of the vehicle; waits for the first EstimatedState of the maneuver."""
         while self.state is None:
             await self.next_message()
         return self.state

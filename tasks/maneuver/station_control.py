@@ -22,7 +22,7 @@ PASSED = 3.0  # s for a new path after the end of one outside a small circle; th
 
 
 class ApproachSpeed(NamedTuple):
-    """How a vehicle that coasts slows down near a point: deceleration (m/s²), 0 for none, and least speed (m/s)."""
+    """The approach of a vehicle that coasts to a point: deceleration (m/s²), 0 for none, and least speed (m/s)."""
 
     deceleration: float = 0.0
     slowest: float = 0.3

@@ -16,7 +16,7 @@ Publish = Callable[[imc.Message], object]
 
 
 class ActivationTimes:
-    """How long entities take to become active (s): as they report it, else as the vehicle knows it."""
+    """The times (s) that entities take to become active: as they report them, else as the vehicle has them."""
 
     def __init__(self, entities: EntityTable):
         self._entities = entities

@@ -33,7 +33,7 @@ class StoreFullError(ValueError):
 
 
 class PlanChange(NamedTuple):
-    """Who changed something, and when (s since 1970 UTC)."""
+    """The system that changed something, and the time (s since 1970 UTC)."""
 
     time: float = -1.0
     system: int = UNKNOWN_SYSTEM

@@ -70,7 +70,7 @@ def is_unchecked_sentence(frame: bytes) -> bool:
 
 
 def heading_message(kind: str, sentence: Any) -> imc.EulerAngles | imc.AngularVelocity | None:
-    """What a sentence with a heading or a turn rate, parsed by pynmeagps, says; NaN for all that it does not say.
+    """The values of a sentence with a heading or a turn rate, parsed by pynmeagps; NaN for those that it lacks.
 
     None if it has no value, or one that its sender calls invalid. Raises ValueError for values that cannot be.
     """

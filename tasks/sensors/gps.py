@@ -63,7 +63,7 @@ class GPS(Task):
         return has_valid_checksum(frame)
 
     def explain_missing_fix(self, seconds: float) -> str:
-        """What came in the last seconds in the place of a fix."""
+        """The input of the last seconds that came in the place of a fix."""
         recent = (
             {kind for kind, at in seen.items() if self.now - at <= seconds} for seen in (self.others, self.unchecked)
         )

@@ -115,7 +115,7 @@ class DVL(TrueStateSensorTask):
         return to_body(axes, (u, v, w)), to_body(axes, (u + sx, v + sy, w + sz))
 
     def _pose(self, truth: imc.SimulatedState) -> Pose:
-        """Where the device is in the world."""
+        """The pose of the device in the world."""
         here = Pose(*self._chart.position(truth), truth.z, truth.phi, truth.theta, truth.psi)
         return here.compose(self._mount)
 

@@ -263,13 +263,13 @@ class IMU(Task):
 
 
 def part_from_options(options: Mapping[str, str]) -> ImuPart:
-    """What an IMU with these options of a profile is like. Raises ValueError for an option that cannot be read."""
+    """The model of an IMU with these options of a profile. Raises ValueError for an option that cannot be read."""
     values = {name: parameter.parse(options.get(name, "")) for name, parameter in IMU.parameters().items()}
     return part_from_values(values.__getitem__) if values["Part"] == OWN_VALUES else IMU_PARTS[values["Part"]]
 
 
 def part_from_values(number: Callable[[str], float]) -> ImuPart:
-    """What an IMU with these values of its parameters is like."""
+    """The model of an IMU with these values of its parameters."""
     density = NoiseDensity.from_gyroscope_datasheet(
         number("Angular Random Walk"), number("Gyro Bias Stability"), number("Gyro Bias Stability Tau")
     )

@@ -115,7 +115,7 @@ class VSIM(PoweredDeviceTask):
         return math.inf if self._seabed is None else self._seabed.depth(*offset(*self._seabed.reference, lat, lon))
 
     def max_depth_at(self, lat: float, lon: float) -> float:
-        """How deep the vehicle may be at a place (rad) with its hull above the bottom (m)."""
+        """The largest depth of the vehicle at a place (rad) with its hull above the bottom (m)."""
         return self.water_depth_at(lat, lon) - self._craft().draft
 
     def _craft(self) -> Boat | UnderwaterVehicle:

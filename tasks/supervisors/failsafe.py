@@ -186,7 +186,7 @@ class Failsafe(Task):
         self._missed[type(message).__name__] = 0
 
     def _faults(self) -> str:
-        """What is wrong; empty if nothing is."""
+        """The faults; empty if there are none."""
         longest = max(self.silence_timeout, self._gap)
         most = longest * self.execution_frequency
         found: list[str] = []

@@ -65,7 +65,7 @@ class ReplayedPacket(NamedTuple):
 
 
 class SkippedPackets(NamedTuple):
-    """What the owner of a log was and did at a place of it: packets that a jump has passed, in their order.
+    """Packets that a jump has passed, in their order: the state of the owner of a log at a place of it.
 
     These are the last one of each message and entity, and the first estimate. time: of the log, s since its start.
     """
@@ -112,7 +112,7 @@ class LogTime(NamedTuple):
 
 @dataclass(frozen=True)
 class ReplaySelection:
-    """Which part of a log is played: names of messages and systems, labels of entities (empty is all), and the end."""
+    """The part of a log to play: names of messages and systems, labels of entities (empty is all), and the end."""
 
     messages: tuple[str, ...] = ()
     systems: tuple[str, ...] = ()
@@ -183,7 +183,7 @@ class ReplayedLog:
                 yield ReplayedPacket(elapsed, origin, shown)
 
     def skipped_by_jump(self, place: LogTime) -> SkippedPackets:
-        """What the jump to a place has passed, once the first packet from there on was taken."""
+        """The packets that the jump to a place has passed, once the first packet from there on was taken."""
         due, self._passed = list(self._passed.values()), {}
         wanted = [(one, self._shown(one.packet, imc.header(one.packet), told=False)) for one in due]
         packets = [one._replace(packet=packet) for one, packet in wanted if packet is not None]

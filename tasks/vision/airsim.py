@@ -37,7 +37,7 @@ SHOAL, AIRSIM = "Shoal", "AirSim"
 
 
 class AirSimPicture(NamedTuple):
-    """What came of an exposure: a picture (RGBA), and what is known of its camera, in AirSim's north, east, down."""
+    """The result of an exposure: a picture (RGBA), and the state of its camera, in AirSim's north, east, down."""
 
     image: Image
     optics: CameraModel

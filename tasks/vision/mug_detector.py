@@ -51,7 +51,7 @@ SLOPES = 3  # steps to where a ray meets the bottom of a map
 
 
 class FrameModel(NamedTuple):
-    """What is needed of a frame, besides its pixels."""
+    """The data of a frame besides its pixels."""
 
     time: float
     camera: str
@@ -219,7 +219,7 @@ class MUGDetector(Task):
     def _sightings(
         self, shot: FrameModel, belief: PoseEstimate, marks: list[ImageDetection]
     ) -> list[tuple[PlaneDetection, int | None]]:
-        """What may be a glider, with the number of its marker."""
+        """The candidates for gliders, with the numbers of their markers."""
         found: list[tuple[PlaneDetection, int | None]] = []
         for mark in marks:
             seen = self._in_row(shot, belief, mark)
@@ -298,7 +298,7 @@ class MUGDetector(Task):
 
 
 def accuracy_from_parameters(values: Mapping[str, Any]) -> DetectionAccuracy:
-    """What the parameters (by attribute) say of the errors of detections."""
+    """The errors of detections by the parameters (by attribute)."""
     degrees = math.radians(values["attitude_error"]), math.radians(values["heading_error"])
     pixel, shape, *_, height, share, place, attitude_time, height_time, place_time = (values[name] for name in ERRORS)
     share = share / 100.0

@@ -17,7 +17,7 @@ FASTEST_BAUD = 4_000_000
 
 @dataclass(frozen=True, slots=True)
 class AutopilotAddress:
-    """Where an autopilot is: host and port of a socket, or device and baud rate of a serial port.
+    """The place of an autopilot: host and port of a socket, or device and baud rate of a serial port.
 
     `key` is the file with the key of a link whose messages are signed, else empty.
     """
@@ -56,7 +56,7 @@ def parse_address(text: str) -> AutopilotAddress:
 
 
 def _options(text: str, query: str, known: tuple[str, ...]) -> dict[str, str]:
-    """What follows the question mark. Raises ValueError for an option that is not known, or has no value."""
+    """The options after the question mark. Raises ValueError for an option that is not known, or has no value."""
     options = {name: values[-1] for name, values in parse_qs(query, keep_blank_values=True).items()}
     for name, value in options.items():
         if name not in known:

@@ -8,7 +8,7 @@ LONGEST_GAP = 120.0  # s
 
 
 class AutopilotTask(Task):
-    """Where the autopilot is, what is asked of it, how it is led, and how a flight ends."""
+    """Parameters of a task that leads an autopilot: its place, requests to it, guidance, the end of a flight."""
 
     external = True
     requires = "mavlink"

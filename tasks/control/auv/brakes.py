@@ -102,6 +102,6 @@ class Brakes(Task):
 
 
 def _arm(distance: imc.Distance) -> float:
-    """How far (m) the sonar is ahead of the center of the vehicle, as it reports itself; else 0."""
+    """Distance (m) of the sonar ahead of the center of the vehicle, as it reports itself; else 0."""
     place = distance.location[0] if distance.location else None
     return place.x if isinstance(place, imc.DeviceState) and math.isfinite(place.x) else 0.0

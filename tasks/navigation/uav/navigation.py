@@ -193,7 +193,7 @@ class Navigation(Task):
 
     @property
     def _needed(self) -> int:
-        """How many fixes it takes to start."""
+        """The number of fixes that a start takes."""
         return 1 if self._site else self.initial_fixes
 
     def _begin(self, reference: imc.GpsFix, ground: float, down: float, variance: float, speed: float) -> None:

@@ -128,7 +128,7 @@ class LostComms(Task):
         return self._mode in (Mode.SERVICE, Mode.ERROR) and failed and waits
 
     def _media(self) -> tuple[int, ...]:
-        """Where the vehicle may be; a wave over it does not stop a time that has begun."""
+        """The media in which the vehicle may be; a wave over it does not stop a time that has begun."""
         return (Where.WATER,) if self._since is None else (Where.WATER, Where.UNDERWATER)
 
     def _say(self) -> None:

@@ -90,6 +90,6 @@ class DatagramFilter:
 
 
 def sender_text(packet: bytes, address: str) -> str:
-    """Who sent a datagram, for people; what is no packet names nobody."""
+    """The sender of a datagram, for people; a datagram that is no packet has only an address."""
     is_packet = len(packet) >= SMALLEST_PACKET and packet[:2] in STARTS
     return f"0x{imc.packet_source(packet):04X} at {address}" if is_packet else address

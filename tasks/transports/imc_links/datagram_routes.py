@@ -44,7 +44,7 @@ class DatagramRoutes:
         return dict.fromkeys(kind for messages in (self.common, *self.lists.values()) for kind in messages.types)
 
     def messages(self, system: int) -> MessageList:
-        """What a system gets."""
+        """The messages that a system gets."""
         return self.lists.get(system, self.common)
 
     def update(self, contacts: Iterable[tuple[int, Endpoint]]) -> None:

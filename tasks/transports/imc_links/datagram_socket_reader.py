@@ -36,7 +36,7 @@ class DatagramReader:
 
     @property
     def missed(self) -> int:
-        """How many datagrams came too fast to be read; known on Linux only."""
+        """The number of datagrams that came too fast to be read; known on Linux only."""
         count = 0
         for each in self._readings:
             try:

@@ -29,7 +29,7 @@ STATES = (imc.Announce, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState,
 
 
 def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
-    """What `make` reads from an option. Raises ParameterError."""
+    """The value that `make` reads from an option. Raises ParameterError."""
     try:
         return make()
     except ValueError as error:

@@ -53,7 +53,7 @@ class Peer:
 
     @property
     def endpoint(self) -> Endpoint | None:
-        """Where to send: where its datagrams come from, or else what it announced first; at the announced port."""
+        """The address to send to: the source of its datagrams, else the first announced one; at the announced port."""
         here = self.addresses.get(self.source) if self.source else None
         if here is None:
             here = next((place for place in self.addresses.values() if place[0]), None)
@@ -205,7 +205,7 @@ class PeerTable:
 
 
 class DropCounts:
-    """How many datagrams were dropped, by reason and sender; senders beyond the first 64 of a reason share a name.
+    """Counts of dropped datagrams, by reason and sender; senders beyond the first 64 of a reason share a name.
 
     `merge_inactive(now)`, called now and then, makes room: senders of which nothing was dropped for 300 s lose their
     names.
@@ -235,7 +235,7 @@ class DropCounts:
         self._forgot = now
 
     def __getitem__(self, reason: str) -> Counter[str]:
-        """How many of each sender were dropped for a reason."""
+        """The counts of each sender for a reason."""
         return self._counts.get(reason, Counter())
 
     def __str__(self) -> str:

@@ -13,7 +13,7 @@ MOST_SYSTEMS = 256
 
 
 class RadioRange:
-    """Who is near enough, by the position of the vehicle and those that others announce; who announces none is not.
+    """The systems within range, by the position of the vehicle and those that they announce; without one, none is.
 
     Messages with an id of `always` reach everybody, and so do all to places without a system. So does an Announce: it
     says where its system is now.

@@ -94,7 +94,7 @@ def read_one_by_one(readable: socket.socket) -> list[Datagram]:
 
 
 def make_datagram_reader() -> Callable[[socket.socket], list[Datagram]]:
-    """How to read datagrams here."""
+    """The reader of datagrams for this system."""
     try:
         return DatagramBatch().read
     except (AttributeError, OSError):

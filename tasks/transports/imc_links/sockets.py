@@ -26,7 +26,7 @@ def listen_address_param() -> Any:
 
 
 def listen_address(task: Task, own: str) -> str:
-    """Where a task listens: its own Address, or if that is empty the profile's [General] Network Address.
+    """The address where a task listens: its own Address, or if that is empty the profile's [General] Network Address.
 
     Raises ParameterError if it is not an IPv4 address.
     """
@@ -39,7 +39,7 @@ def listen_address(task: Task, own: str) -> str:
 
 
 def network_time_scale(task: Task) -> float:
-    """How many seconds pass for a vehicle in one of other systems."""
+    """Seconds of a vehicle in one second of other systems."""
     speed = task.vehicle.kernel.clock.speed
     return speed if speed < math.inf else 1.0
 

@@ -296,7 +296,7 @@ class StreamLinkTask(ImcLinkTask):
         """Set the state of the entity; called once a second."""
 
     def statistics_text(self) -> str:
-        """What was taken and dropped, for the entity's state."""
+        """The counts of taken and dropped packets, for the entity's state."""
         named = list_first([stream.name for stream in self.streams], 4)
         connected = f"{len(self.streams)} connected" + (f" ({named})" if named else "")
         return "; ".join(filter(None, (connected, f"{self.taken} packets taken", str(self.drops))))

@@ -46,7 +46,7 @@ class MountEstimator:
 
 
 def pose_distance(a: Floats, b: Floats, arm: float = 1.0) -> float:
-    """How far apart two poses (4, 4) are: m, and rad times `arm` (m)."""
+    """The distance of two poses (4, 4): m, and rad times `arm` (m)."""
     return float(np.linalg.norm(a[:3, 3] - b[:3, 3])) + arm * rotation_angle_between(a[:3, :3], b[:3, :3])
 
 

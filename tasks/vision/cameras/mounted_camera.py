@@ -36,7 +36,7 @@ class MountedCameraTask(ImageSaverTask):
 
     @property
     def mount(self) -> Pose:
-        """Where the camera is in the vehicle."""
+        """The pose of the camera in the vehicle."""
         return mount_pose(self.mount_position, self.mount_orientation)
 
     def read_calibration(self) -> CameraModel | None:

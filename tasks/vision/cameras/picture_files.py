@@ -26,7 +26,7 @@ def photo_name(camera: str, index: int, time: float, kind: str = "PNG") -> str:
 
 
 def parse_picture_request(order: imc.Event, camera: str) -> tuple[float, float] | None:
-    """How many pictures a camera is asked for, and the seconds between them; None if others are asked.
+    """The number of pictures that a camera is asked for, and the seconds between them; None if others are asked.
 
     `data` is "camera=LABEL;count=N;period=S": without a label all cameras are asked, and without a count one picture;
     0 means pictures until they are stopped. Raises ValueError with the reason.

@@ -85,7 +85,7 @@ class RenderedCameraTask(ImageSaverTask):
 
     @property
     def mount(self) -> Pose:
-        """Where the camera is in the vehicle."""
+        """The pose of the camera in the vehicle."""
         raise NotImplementedError
 
     @property
@@ -205,7 +205,7 @@ class RenderedCameraTask(ImageSaverTask):
             self.log.warning(f"the camera is {above:.1f} m above the water, but Scene = Seabed is the view under water")
 
     def path(self, times: Floats) -> list[ScenePose]:
-        """Where the vehicle is at times (s) from the last exposure; where that is not known, it stays."""
+        """The poses of the vehicle at times (s) from the last exposure; where they are unknown, it stays."""
         (exposed, view), world, began = self.exposed, world_of(self), self.vehicle.start_time
         path = list[ScenePose]()
         for seconds in times.tolist():

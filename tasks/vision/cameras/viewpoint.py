@@ -141,5 +141,5 @@ class ViewpointTracker:
 
 
 def _bottom(state: imc.EstimatedState | None) -> float:
-    """Where a vehicle estimates the ground (m, down like its z); -infinity if it does not know."""
+    """The ground (m, down like its z) by the estimate of a vehicle; -infinity if it has none."""
     return state.z + state.alt if state is not None and 0.0 < state.alt < math.inf else -math.inf
