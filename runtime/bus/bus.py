@@ -24,7 +24,7 @@ Receivers = tuple[tuple[Handler, object, bool], ...]  # handler, owner, whether 
 
 
 class _Plan(NamedTuple):
-    """Who gets the messages of a type, whether packets of them are wanted, and whether nobody else has to be served."""
+    """The receivers of a type of messages, whether its packets are wanted, and whether nobody else has to be served."""
 
     receivers: Receivers
     encodes: bool

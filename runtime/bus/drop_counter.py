@@ -10,7 +10,7 @@ Sender = TypeVar("Sender", bound=Hashable)
 
 
 class DropCounter(Generic[Sender]):
-    """What was dropped: `total`, and since the last `drain` by source; it is true if something was.
+    """Counts of dropped packets: `total`, and since the last `drain` by source; it is true if something was.
 
     With more than MOST_NAMED sources those with the smallest counts become `others`, so that many names do not hide who
     sends most.

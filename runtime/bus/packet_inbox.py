@@ -64,7 +64,7 @@ class PacketInbox:
         self._lock = Lock()
 
     def drain_dropped(self) -> Counter[int]:
-        """What was dropped since the last call, by source."""
+        """Counts of packets dropped since the last call, by source."""
         with self._lock:
             return self.dropped.drain()
 

@@ -34,7 +34,7 @@ class Connection(Protocol):
         ...
 
     def read(self) -> list[bytes]:
-        """What has arrived, at most some kB."""
+        """The bytes that have arrived, at most some kB."""
         ...
 
     def write(self, data: bytes) -> int:
@@ -45,7 +45,7 @@ class Connection(Protocol):
 
 
 class Address(Protocol):
-    """What can be opened.
+    """An address that can be opened.
 
     `bytes_per_second` is that of the line, `max_read_rate` what is read at most (both in bytes/s). `starts_midway`
     is whether the first bytes may belong to a piece that began before. `datagrams` is whether each portion is complete.
@@ -309,7 +309,7 @@ def user_friendly_error(error: Exception) -> OSError:
 
 
 def without_errno(error: OSError) -> str:
-    """What went wrong, without the number."""
+    """The text of an error, without its number."""
     return error.strerror or str(error)
 
 

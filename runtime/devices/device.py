@@ -26,7 +26,7 @@ NOT_UNDERSTOOD = (ValueError, LookupError, struct.error)
 
 
 class DeviceLog(Protocol):
-    """Where a device reports what operators should know."""
+    """The log book in which a device reports to operators."""
 
     def info(self, text: str) -> None: ...
     def warning(self, text: str) -> None: ...
@@ -34,7 +34,7 @@ class DeviceLog(Protocol):
 
 
 class DeviceOwner(Protocol):
-    """What a device needs of its task."""
+    """The part of a task that its device needs."""
 
     @property
     def log(self) -> DeviceLog: ...
@@ -117,7 +117,7 @@ class Device:
             self._owner.after(piece.time / SECOND, self._play, piece.data, send)
 
     def no_data_message(self, seconds: float) -> str:
-        """What to say if nothing that is understood has come for this time."""
+        """The report if nothing that is understood has come for this time."""
         if known := self.explain(seconds):
             return f"{self.name}: {known}"
         if not self._unheeded:

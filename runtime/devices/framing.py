@@ -183,7 +183,7 @@ class FrameSplitter:
         return size if size <= len(head) else None
 
     def _begun(self, data: bytes, at: int) -> int:
-        """How many of the last bytes may be the first ones of a mark."""
+        """The number of last bytes that may be the first ones of a mark."""
         counts = [n for mark in self._kinds for n in range(1, len(mark)) if data.endswith(mark[:n], at)]
         return max(counts, default=0)
 

@@ -16,7 +16,7 @@ Times are in s from the start of the device. None instead of a portion unplugs t
 
 
 class TimedData(NamedTuple):
-    """What arrives at a time (ns from the start); None unplugs the device."""
+    """Bytes that arrive at a time (ns from the start); None unplugs the device."""
 
     time: int
     data: bytes | None

@@ -31,7 +31,7 @@ class FaultError(ValueError):
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong with a task; a value that says nothing of the time, and can be used for several tasks.
+    """A fault of a task; a value without a time, which can be used for several tasks.
 
     Its text is a word or two for the log book. One with `needs_last` needs what the task has published before; one that
     is `momentary` is over at once, unless it lasts for some time.
@@ -44,7 +44,7 @@ class Fault:
         """Raise FaultError if a vehicle with these messages cannot have this fault."""
 
     def begin(self, source: PublishInterceptor, number: int) -> PublishFilter | None:
-        """What it does to each message and frame of a task, from now on; None for nothing.
+        """The effect on each message and frame of a task, from now on; None for nothing.
 
         `number` counts the faults that the task has had.
         """

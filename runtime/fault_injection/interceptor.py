@@ -13,7 +13,7 @@ PublishFilter = Callable[[Any], Item | None]  # from what the task says to what 
 
 
 class PublishInterceptor:
-    """What one task publishes and shares: it goes through the `filters` in the order in which they began.
+    """Passes what one task publishes and shares through the `filters` in the order in which they began.
 
     With `keeps_last`, `last` has the latest message or frame of each kind, as the task itself would have it. `crashes`
     counts those that keep the task from starting, `acted` has the ids of the spoils that have changed something.

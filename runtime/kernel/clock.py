@@ -17,7 +17,7 @@ def nanoseconds(seconds: float) -> int:
 
 
 class Clock(Protocol):
-    """Where a kernel takes its time from. Times are ns since 1970 UTC and never go back.
+    """The source of a kernel's time. Times are ns since 1970 UTC and never go back.
 
     `virtual` is whether time stands still while handlers run. Ticks are then never merged, and tasks that need the
     network (`external`) are skipped. A simulator that steps its own time can be such a clock: its `advance` returns as
@@ -102,7 +102,7 @@ class ScaledClock:
         return self._now
 
     def _pace(self, zero: int) -> int:
-        """What the time would be on a computer that is fast enough."""
+        """The time on a computer that is fast enough."""
         return self._reference + round((time.monotonic_ns() - zero) * self.speed)
 
 

@@ -59,7 +59,7 @@ class StallRecord:
         return max((stall.length for stall in self._stalls if stall.end > since), default=0)
 
     def left_out_since(self, since: float) -> int:
-        """How long the process did not run since a time (ns since 1970), as far as ages leave it out (ns)."""
+        """The time that the process did not run since a time (ns since 1970), as far as ages leave it out (ns)."""
         if not self._stalls or since >= self._stalls[-1].end:
             return 0
         return sum(stall.end - int(max(stall.begin, since)) for stall in self._stalls if stall.end > since)

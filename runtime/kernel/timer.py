@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 
 class Readable(Protocol):
-    """What the kernel can wait for: a socket, or anything with a file descriptor."""
+    """An object that the kernel can wait for: a socket, or anything with a file descriptor."""
 
     def fileno(self) -> int: ...
 

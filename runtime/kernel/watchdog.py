@@ -159,7 +159,7 @@ class Watchdog:
 
 
 def _queued_for_processor(task: int) -> float:
-    """How long a thread has been ready to run without a processor (s); 0 where the system does not count it."""
+    """Time (s) that a thread has been ready to run without a processor; 0 where the system does not count it."""
     try:
         return int(Path(f"/proc/self/task/{task}/schedstat").read_text().split()[1]) / 1e9
     except (OSError, IndexError, ValueError):

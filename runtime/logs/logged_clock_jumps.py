@@ -13,7 +13,7 @@ NEAR, SPREAD = 60.0, 3.0  # s and interquartile ranges that times may be from th
 
 
 class ClockStep(NamedTuple):
-    """Where a system's time jumps, and stays: offset in the unpacked log, times (s) before and after."""
+    """A place where a system's time jumps, and stays: offset in the unpacked log, times (s) before and after."""
 
     offset: int
     src: int
@@ -74,7 +74,7 @@ def without_outliers(times: Array) -> Array:
 
 
 def _near_others(rows: Array) -> Array:
-    """Which times of each row are near the median of that row; NaN never is."""
+    """A mask of the times of each row that are near the median of that row; NaN never is."""
     ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan), axis=1)  # NaN come last
     counts = np.isfinite(ordered).sum(axis=1)
     low, middle, high = (

@@ -85,7 +85,7 @@ class LogSummary:
 
     @property
     def clock_steps(self) -> list[ClockStep]:
-        """Where clocks were set: all jumps back, and the owner's jumps ahead; others may only have been silent."""
+        """Places where clocks were set: all jumps back, the owner's jumps ahead; others may only have been silent."""
         found = (step for clock in self.clocks.values() for step in clock.steps)
         return sorted(step for step in found if step.after < step.before or step.src == self.owner)
 

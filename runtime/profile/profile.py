@@ -82,7 +82,7 @@ class Profile:
 
     @property
     def base_folder(self) -> Path:
-        """Where relative paths of its values begin."""
+        """The folder in which relative paths of its values begin."""
         return self.path.parent
 
     def file_folders(self, option: Option) -> tuple[Path, ...]:
@@ -239,7 +239,7 @@ class Profile:
         return list(dict.fromkeys(filter(None, named)))
 
     def find_tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
-        """What `find_task` returns for each task section, in DUNE's order; only enabled ones if `selected`."""
+        """The result of `find_task` for each task section, in DUNE's order; only enabled ones if `selected`."""
         found: dict[str, T] = {}
         for section in self.config.sorted_sections():
             wanted = selected is None or self.is_task_enabled(section.name, selected)

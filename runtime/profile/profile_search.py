@@ -23,7 +23,7 @@ def user_etc() -> Path:
 
 
 def resolve_root_copy(path: Path) -> Path:
-    """Where to read the file at a path: its copy, if there is one, in the folder SHOAL_ROOT, which has the same paths.
+    """The file to read for a path: its copy, if there is one, in the folder SHOAL_ROOT, which has the same paths.
 
     Whatever opens a file that a profile or a scenario names asks this: a campaign reads copies. A folder counts as
     copied only where there is no other, since it may have more files.

@@ -265,7 +265,7 @@ def _has_scripts(cls: type) -> bool:
 
 
 def _values(task: Task) -> TaskValues:
-    """What others can set: the values of all parameters, those that are pushed, and whether the task is active."""
+    """The state that others can set: values of all parameters, those that are pushed, and whether it is active."""
     activation = task.vehicle.activations.get(task.name)
     pushed = [dict(values) for values in task.parameter_set.pushed]
     return dict(task.parameter_set.snapshot()), pushed, activation is not None and activation.active

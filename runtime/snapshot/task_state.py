@@ -232,7 +232,7 @@ def _name(value: object, vehicle: Vehicle, timers: dict[int, int]) -> list[Any] 
 
 
 def shared_parts(vehicle: Vehicle) -> Iterator[tuple[str, object]]:
-    """What all tasks of a vehicle share, by name."""
+    """The objects that all tasks of a vehicle share, by name."""
     yield from (("vehicle", vehicle), ("kernel", vehicle.kernel), ("bus", vehicle.bus), ("entities", vehicle.entities))
     yield from (("systems", vehicle.systems), ("profile", vehicle.profile))
 

@@ -28,7 +28,7 @@ TCP = "tcp://"
 
 @dataclass(slots=True)
 class DeviceHealth:
-    """What is wrong with the devices and the data of a task.
+    """The faults of the devices and the data of a task.
 
     since: time (ns) from which data are expected. devices: the trouble of each device, by name. fresh: time (ns) of the
     last data, by method. shown: the text that the entity has, empty if all is well.

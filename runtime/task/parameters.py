@@ -123,7 +123,7 @@ class Parameter:
         return self.check(values if self.is_list else values[0])
 
     def ignored_suffix(self, text: str) -> str:
-        """What `parse` ignores at the end of a number: "rad" of "1.5 rad"."""
+        """The text that `parse` ignores at the end of a number: "rad" of "1.5 rad"."""
         if self.type not in (int, float):
             return ""
         pattern = _INTEGER if self.type is int else NUMBER

@@ -98,7 +98,7 @@ class Script:
 
     @property
     def waiting_frames(self) -> list[FrameType]:
-        """Where it waits: the frames of its coroutines, the outermost first."""
+        """The place where it waits: the frames of its coroutines, the outermost first."""
         found: list[FrameType] = []
         inner: Any = self._coroutine
         while (frame := getattr(inner, "cr_frame", None)) is not None:

@@ -90,7 +90,7 @@ class Task(DeviceTask):
         """Called with new parameter values, at load and after every change. Raise ParameterError to refuse them."""
 
     def configuration_warnings(self) -> Iterable[ConfigWarning]:
-        """What is odd in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
+        """Oddities in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
         return ()
 
     def start(self) -> None:
@@ -134,7 +134,7 @@ class Task(DeviceTask):
 
     @property
     def recent_stall(self) -> float:
-        """How long the process stood still (s) until less than a second ago, else 0.
+        """Time (s) that the process stood still until less than a second ago, else 0.
 
         Then a first sample may be older than it seems, and says nothing of what happened since the one before.
         """

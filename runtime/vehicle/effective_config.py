@@ -17,7 +17,7 @@ class ProfileValues(Protocol):
 
     @property
     def base_folder(self) -> Path:
-        """Where relative paths of its values begin."""
+        """The folder in which relative paths of its values begin."""
         ...
 
     def find_file(self, section: str, option: str) -> Path:
@@ -54,7 +54,7 @@ def general_number(profile: ProfileValues, option: str, default: float) -> float
 
 
 class EffectiveConfig:
-    """How the parameters of tasks differ from the profile."""
+    """The differences of the parameters of tasks from the profile."""
 
     def __init__(self, settings: ProfileValues):
         self._settings = settings

@@ -27,7 +27,7 @@ class OptionRow:
 
     @property
     def origin(self) -> str:
-        """Where the value was last set: "etc/auv/basic.ini:12", "command line" or "default"."""
+        """The place where the value was last set: "etc/auv/basic.ini:12", "command line" or "default"."""
         return str(self.origins[0]) if self.origins else "default"
 
 

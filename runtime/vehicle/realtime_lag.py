@@ -66,7 +66,7 @@ class RealtimeLag:
         self._look_at_ticks(passed)
 
     def __str__(self) -> str:
-        """What the clock reached in the last window, if that is less than it should."""
+        """The speed that the clock reached in the last window, if that is less than it should."""
         return self._shortage(self.speed, self.merged)
 
     def describe_run(self, passed: float, real: float) -> str:
@@ -127,7 +127,7 @@ class RealtimeLag:
             )
 
     def _system_time(self) -> int:
-        """How far the system time is ahead (ns); 0 for a clock that does not follow it."""
+        """Time (ns) by which the system time is ahead; 0 for a clock that does not follow it."""
         return time.time_ns() - self._vehicle.kernel.clock.read() if self.wanted == 1.0 else 0
 
     def _look_at_workers(self) -> None:

@@ -63,7 +63,7 @@ def _clashes(folder: Path) -> list[str]:
 
 
 def _other_sources(checkout: Path) -> list[str]:
-    """What to know about a clone of Shoal that is not the Shoal that runs; nothing if both are the same."""
+    """Warnings about a clone of Shoal that is not the Shoal that runs; nothing if both are the same."""
     installed = Path(__file__).parents[len(MARK.parts) - 1]
     files = [file.relative_to(checkout) for name in PACKAGES for file in checkout.glob(f"{name}/**/*.py")]
     changed = sorted(
@@ -142,7 +142,7 @@ def missing_task_reason(section: str) -> str:
 
 
 def _no_module(names: list[str]) -> str:
-    """Where the task of a section, by the parts of its name, was searched for; or the name that it has to have."""
+    """The places where the task of a section, by its parts, was searched for; or the name that it has to have."""
     inside = names[0].lower() == TASKS
     path = names[inside:]
     if inside and len(path) > 2 and ".".join(path[:-1]).replace("_", "").lower() in task_modules():

@@ -29,7 +29,7 @@ class WorkerThreads:
         self._queue.put((title, work))
 
     def current_work(self) -> list[tuple[str, float]]:
-        """What is being done, and for how long (s)."""
+        """The present work, and its duration so far (s)."""
         now = time.monotonic()
         return [(item[0], now - item[1]) for item in list(self._doing) if item is not None]
 

@@ -58,7 +58,7 @@ class SessionConfig:
 
 @dataclass(frozen=True, slots=True)
 class ZenohConfig:
-    """How a process joins the bus; None means the value of the configuration file, else the default in brackets.
+    """Options of a process on the bus; None means the value of the configuration file, else the default in brackets.
 
     mode: "peer", "router" or "client" ["router" with endpoints or scouting beyond this computer, else "peer"].
     local_port: TCP port of 127.0.0.1 for clients; 0 disables it. The sessions of a computer listen at the first free
@@ -110,14 +110,14 @@ class ZenohConfig:
         return cls(**values, security=Security(**secrets))
 
     def describe_missing_interface(self) -> str:
-        """What is wrong with Scouting: an interface that this computer does not have; "" if nothing."""
+        """The fault of Scouting: an interface that this computer does not have; "" if nothing."""
         names = [] if self.scouting in (None, *_KEYWORDS) else (self.scouting or "").split(",")
         have = [name for _, name in socket.if_nameindex()]
         wrong = next((name for name in names if name not in have and not _ADDRESS.fullmatch(name)), "")
         return f"[Zenoh] Scouting: this computer has no interface {wrong!r}, only {', '.join(have)}" if wrong else ""
 
     def build(self, place: int = 0) -> SessionConfig:
-        """How a session joins that takes the session port number `place`.
+        """The layout of a session that takes the session port number `place`.
 
         Raises ValueError for an invalid configuration file, and for options that contradict each other.
         """
@@ -233,7 +233,7 @@ def set_option(config: "zenoh.Config", name: str, value: object) -> None:
 
 
 def read_connect_endpoints(path: Path) -> list[str]:
-    """Where a client with this configuration file connects to. Raises ValueError for an invalid file."""
+    """The endpoints that a client with this configuration file connects to. Raises ValueError for an invalid file."""
     import zenoh
 
     try:

@@ -74,7 +74,7 @@ def relayed_messages_expression(vehicle: str) -> str:
 
 
 def query_key(message: str, source: str, entity: str = "") -> str:
-    """Where the last message of a type is asked for: of one entity, or the last of all of them."""
+    """The key at which the last message of a type is asked for: of one entity, or the last of all of them."""
     last = f"/{key_chunk(entity)}" if entity else ""
     return f"{PREFIX}/{key_chunk(source)}/@q/{key_chunk(message)}{last}"
 

@@ -22,7 +22,7 @@ class CachedPacket(NamedTuple):
 
 
 class LastValueCache:
-    """What a session (zenoh id) has published last, by the keys at which it is asked for.
+    """The last messages that a session (zenoh id) has published, by the keys at which it is asked for.
 
     `packets` are the last ones by message, source and entity; `speaks_for` says of an entity whether its messages are
     this process's to publish.

@@ -38,7 +38,7 @@ logger = logging.getLogger("shoal.zenoh")
 
 @dataclass(frozen=True, slots=True)
 class ProcessPart:
-    """What a process runs of a vehicle: its entities as the bits of a number.
+    """The part of a vehicle that a process runs: its entities as the bits of a number.
 
     `process` names the process: "main", or the one of a section's `Process`. Each has a Daemon, but the main one speaks
     for the vehicle: only its number has the bit DAEMON.
@@ -63,12 +63,12 @@ class SiblingProcess:
 
     @property
     def place(self) -> str:
-        """Where it runs, and as which process, for people."""
+        """The computer and the process in which it runs, for people."""
         return f"on {_computer(self.host)}, process {self.process}"
 
     @property
     def place_and_start(self) -> str:
-        """Where it runs, and since when."""
+        """The computer on which it runs, and the start."""
         try:
             began = datetime.fromtimestamp(self.began / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S")
         except (OverflowError, ValueError, OSError):

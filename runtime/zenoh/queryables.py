@@ -194,7 +194,7 @@ class Queryables:
         return not to_several or self._part is None or request.dst in (self._part.system, *TO_ALL)
 
     def _wrong(self, query: "zenoh.Query", request: imc.Message) -> str:
-        """What is wrong with a request itself, if anything is."""
+        """The fault of a request itself, if there is one."""
         name = type(request).__name__
         place = str(query.key_expr).split("/@q/")[-1]
         if place != name:

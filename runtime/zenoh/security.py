@@ -65,7 +65,7 @@ class Security:
             put("access_control", self._access(vehicle))
 
     def warnings(self, listen: Iterable[str], connect: Iterable[str]) -> list[str]:
-        """What is likely to go wrong at these endpoints, or is not as secret as it should be."""
+        """Warnings about faults that are likely at these endpoints, and about keys that others can read."""
         found: list[str] = []
         root, own, key = self.root_certificate, self.certificate, self.private_key
         if root and own and key:

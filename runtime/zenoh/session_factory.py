@@ -14,7 +14,7 @@ ADVICE = "raise the limit (LimitMEMLOCK= of a systemd unit, ulimit -l of a shell
 
 
 def describe_lockable_memory() -> str:
-    """How much memory this process may lock, for people."""
+    """The amount of memory that this process may lock, for people."""
     with contextlib.suppress(ImportError):  # there is none on Windows
         import resource
 

@@ -16,7 +16,7 @@ NOWHERE = (0.0, 0.0)  # what a system announces that does not know its position
 
 
 class _Sighting(NamedTuple):
-    """A place of the system: latitude, longitude (rad), depth (m), the course that offsets turn with (rad), time (s)."""
+    """A place of the system: latitude, longitude (rad), depth (m), course that offsets turn with (rad), time (s)."""
 
     lat: float
     lon: float
