@@ -97,7 +97,7 @@ def print_comparison(done: Resimulation) -> None:
 
 
 def _describe_sources(done: Resimulation, name: str) -> str:
-    """Which tasks can make an input that the log lacks, and the option to add those that are not re-simulated."""
+    """The tasks that can make an input which the log lacks, and the option to add those that are not chosen."""
     sources = done.sources.get(name, [])
     others = [section for section in sources if section not in done.tasks]
     if not sources:

@@ -147,7 +147,7 @@ class RemoteVehicle(_BlockingProxy):
     def messages(self, *kinds: type[imc.Message], where: str = "") -> Generator[imc.Message]: ...
 
     def messages(self, *kinds: type[imc.Message], where: str = "") -> Generator[imc.Message]:
-        """What the vehicle says from now on, of some types, that matches an expression."""
+        """The messages of some types that the vehicle sends from now on and that match an expression."""
         stream: AsyncGenerator[imc.Message] = self._vehicle.messages(*kinds, where=where)
         try:
             while True:

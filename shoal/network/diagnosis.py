@@ -46,7 +46,7 @@ ADVICE = {
 
 @dataclass
 class Contact:
-    """What was measured with one system: rates in packets/s, the round trip and the clock difference in s.
+    """The measurements with one system: rates in packets/s, the round trip and the clock difference in s.
 
     `answered` of `asked` probes came back. `says` is what its own transports report, `refusal` why it does not obey us.
     """
@@ -162,7 +162,7 @@ async def _question(network: Network, system: NetworkSystem, contact: Contact, p
 
 
 async def _words_of_us(network: Network, book: MessageListener) -> dict[str, str]:
-    """What the log book of a system says of us; it may be full of other entries."""
+    """The entries about us in the log book of a system; it may be full of other entries."""
     with suppress(TimeoutError):
         async with asyncio.timeout(LAST_WORDS):
             while True:
@@ -221,7 +221,7 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Fi
 
 
 def _of_here(network: Network, name: str, found: Diagnosis) -> list[Finding]:
-    """What concerns no system that is known by name."""
+    """The problems that concern no system with a known name."""
     findings: list[Finding] = []
     working = [link for link, trouble in found.links.items() if not trouble]
     vehicles = [contact for contact in found.contacts if contact.is_vehicle]
@@ -253,5 +253,5 @@ def _advice_for_link(link: str, trouble: str) -> str:
 
 
 def advice_for(reason: str) -> str:
-    """What to do about packets that were dropped for a reason."""
+    """The remedy for packets that were dropped for a reason."""
     return next((advice for start, advice in ADVICE.items() if reason.startswith(start)), "see docs/hand.md")

@@ -115,7 +115,7 @@ class NetworkLink(Protocol):
 
     @property
     def discovery_timeout(self) -> float:
-        """How long it makes sense to wait for a system that has not appeared (s)."""
+        """The time (s) to wait for a system that has not appeared."""
         ...
 
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:

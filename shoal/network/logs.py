@@ -35,7 +35,7 @@ _ADDRESS = re.compile(r"\d+\.\d+\.\d+\.\d+")
 
 
 class RemoteFile(NamedTuple):
-    """What a server says of a file: its size in bytes, and when it was changed last (s since 1970; 0 if unknown)."""
+    """A file as a server describes it: its size in bytes, and when it was changed last (s since 1970; 0 if unknown)."""
 
     size: int = 0
     changed: float = 0.0
@@ -85,7 +85,7 @@ class AsyncRemoteLogs:
         return target
 
     async def _places(self) -> Sequence[Endpoint]:
-        """Where the vehicle serves its logs, as its Announce says every 10 s; first where its packets come from."""
+        """The servers of the vehicle's logs, as it announces them every 10 s; first the source of its packets."""
         self._network.subscribe(self._system, (imc.Announce,))
         deadline = time.monotonic() + 1.2 * PERIOD
         while (left := deadline - time.monotonic()) > 0.0:
@@ -195,7 +195,7 @@ def list_logs_at_once(session: "FTP") -> list[RemoteLog] | None:
 
 
 def list_folder(session: "FTP", folder: str, kind: str) -> dict[str, RemoteFile]:
-    """What is in a folder, by name. A server may say anything: a name must not lead elsewhere on this computer."""
+    """The content of a folder, by name. A server may say anything: a name must not lead elsewhere on this computer."""
     found: dict[str, RemoteFile] = {}
     for name, facts in session.mlsd(folder or "/"):
         if facts.get("type") == kind and _is_name(name):

@@ -115,7 +115,7 @@ class _Fields:
         self._has = f"{kinds[0].__name__} has no field" if len(kinds) == 1 else "none of these messages has a field"
 
     def error(self, node: Comparison) -> ExpressionError | None:
-        """What is wrong in a comparison that no kind of message can make; None if each name is known."""
+        """The fault of a comparison that no kind of message can make; None if each name is known."""
         for side, other in ((node.left, node.right), (node.right, node.left)):
             if not isinstance(side, Name) or self._is_known(side) or is_special(side.name):
                 continue

@@ -51,7 +51,7 @@ class MessageListener:
         return self._waiting.popleft()
 
     def take_all(self) -> list[tuple[NetworkSystem, imc.Message]]:
-        """What has arrived and was not read."""
+        """The messages that have arrived and were not read."""
         waiting, self._waiting = self._waiting, deque()
         return [(system, message) for system, message, _ in waiting]
 

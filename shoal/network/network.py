@@ -136,7 +136,7 @@ class Network:
     def listen(
         self, system: NetworkSystem | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
     ) -> MessageListener:
-        """What a system says and what is said to it, or all systems say. To be ended with `close_listener`."""
+        """The messages from and to a system, or from all systems. To be ended with `close_listener`."""
         self.subscribe(system, kinds)
         listener = MessageListener(system, kinds, takes_old=takes_old)
         self._listeners.append(listener)
@@ -337,7 +337,7 @@ class Network:
             raise Unlisted(printable(f"{message.text}; SHOAL_CONSOLE gives this program the id of one that is"))
 
     def _no_answer_reason(self, system: NetworkSystem, size: int) -> str:
-        """What the log book of a system says of our packets, or what else may be the reason."""
+        """The reason in the log book of a system for not answering our packets, or another likely one."""
         ours = f"packet from 0x{self.console.id:04X} "
         texts = [entry.text for entry in system.latest_entity_messages(imc.LogBookEntry) if ours in entry.text]
         guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` shows why"

@@ -109,7 +109,7 @@ async def describe_parameters(
 
 
 async def _ask_types(vehicle: AsyncRemoteVehicle, entities: Iterable[str]) -> dict[str, list[imc.TypedEntityParameter]]:
-    """What each entity says of its parameters; one that does not answer is missing: older vehicles do not know it."""
+    """Descriptions by each entity of its parameters; one that does not answer is missing, as of older vehicles."""
     room = asyncio.Semaphore(AT_ONCE)
 
     async def ask(entity: str) -> list[imc.TypedEntityParameter]:
@@ -187,7 +187,7 @@ def _merge(
 
 
 def _declared(component: str) -> dict[str, Parameter]:
-    """What Shoal's task of this name declares; nothing if there is none here."""
+    """The declarations of Shoal's task of this name; none if there is none here."""
     try:
         task = find_task(component) if component else None
     except TaskImportError:

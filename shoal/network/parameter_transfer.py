@@ -29,7 +29,7 @@ class PlannedChange(NamedTuple):
 
 
 class ParameterOutcome(NamedTuple):
-    """What became of one parameter; `value` is what it has now, None if that is unknown."""
+    """The result for one parameter; `value` is its value now, None if that is unknown."""
 
     entity: str
     name: str
@@ -57,7 +57,7 @@ async def dump_parameters(vehicle: AsyncRemoteVehicle) -> VehicleParameters:
 
 
 async def check_parameters(vehicle: AsyncRemoteVehicle, sections: Iterable[FileSection]) -> list[PlannedChange]:
-    """What the parameters of a file would change. Nothing is sent but questions.
+    """The changes that the parameters of a file would make. Nothing is sent but questions.
 
     Raises UnfitParameters with all that is wrong; NoAnswer if the vehicle does not say what it has.
     """
@@ -136,7 +136,7 @@ async def _set(vehicle: AsyncRemoteVehicle, change: PlannedChange) -> list[Param
 
 
 class _Refusals:
-    """What the log book of the vehicle says of values that it does not take, by name."""
+    """The reasons in the log book of the vehicle for values that it rejects, by name."""
 
     def __init__(self, values: Mapping[str, str]) -> None:
         self._values = values

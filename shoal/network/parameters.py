@@ -166,7 +166,7 @@ class AsyncRemoteParameters:
         refused: set[str] = set()
 
         def answer(message: imc.Message) -> dict[str, str] | None:
-            """What was accepted: nothing if all is refused. A late answer to the question above has the others, too."""
+            """The accepted values, none if all are rejected. A late answer to the query above has the others, too."""
             if isinstance(message, imc.LogBookEntry):
                 refused.update(refusal_reasons(message, texts))
                 return {} if len(refused) == len(texts) else None
@@ -223,7 +223,7 @@ def check_parameter_name(entity: str, name: str, known: Collection[str]) -> None
 
 
 def refusal_reasons(entry: imc.LogBookEntry, values: Mapping[str, str]) -> dict[str, str]:
-    """What an entry of the log book of a Shoal vehicle says of values that were sent: why it refuses them, by name.
+    """The reasons in an entry of the log book of a Shoal vehicle for values that it rejects, by name.
 
     If the task itself refuses new values, all old ones stay.
     """

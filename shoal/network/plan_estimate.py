@@ -9,7 +9,7 @@ from autonomy.plans import forecast_totals
 
 @dataclass(frozen=True)
 class PlanEstimate:
-    """What a plan takes, as the vehicle estimates it: `seconds`, `energy` in % of a full battery; NaN if unknown.
+    """The vehicle's estimate of a plan: `seconds`, `energy` in % of a full battery; NaN if unknown.
 
     `battery` is the charge before the plan, in %; NaN if unknown. `rejected` is the reason for which the vehicle would
     not start the plan now, empty if it would, or if that is unknown.

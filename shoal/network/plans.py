@@ -106,7 +106,7 @@ class AsyncRemotePlans:
         await self._database(imc.PlanDB.Op.DEL, name)
 
     async def status(self, timeout: float | None = None) -> imc.PlanControlState:
-        """What the plan engine does: its last report, but none from before it answered a change of ours.
+        """The state of the plan engine: its last report, but none from before it answered a change of ours.
 
         A report of the very instant of the answer may still name the plan before.
         """
@@ -221,7 +221,7 @@ class AsyncRemotePlans:
         return reply.arg
 
     async def _refused(self, name: str, reason: str) -> Refused:
-        """What the vehicle says of a plan, and what it has if it does not know it."""
+        """The vehicle's reason for rejecting a plan, and the plans that it has if it has none of this name."""
         hint = ""
         if reason == UNDEFINED:
             with suppress(NetworkError):

@@ -61,7 +61,7 @@ class AsyncRemoteVehicle:
     def messages(self, *kinds: type[imc.Message], where: str = "") -> AsyncGenerator[imc.Message]: ...
 
     async def messages(self, *kinds: type[imc.Message], where: str = "") -> AsyncGenerator[imc.Message]:
-        """What the vehicle says from now on: messages of some types, of all without any, that match an expression.
+        """The messages that the vehicle sends from now on: of some types, or all, that match an expression.
 
         Raises ValueError for a wrong expression, VehicleLost when the vehicle ends or falls silent.
         """

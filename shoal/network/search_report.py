@@ -22,7 +22,7 @@ class SearchReport:
 
     @property
     def discovery_timeout(self) -> float:
-        """How long it makes sense to wait for somebody to appear (s)."""
+        """The time (s) to wait for a system to appear."""
         return max((link.discovery_timeout for link in self._links), default=0.0)
 
     @property

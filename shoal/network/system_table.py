@@ -85,12 +85,12 @@ class NetworkSystem:
 
     @property
     def contact_timeout(self) -> float:
-        """How long the first data of a DUNE may still need (s); 0 if they have come, or are overdue."""
+        """The time (s) that the first data of a DUNE may still need; 0 if they have come, or are overdue."""
         return max(0.0, self.appeared_at + CONTACT - time.monotonic()) if self.awaits_contact else 0.0
 
     @property
     def answer_timeout(self) -> float:
-        """How long to wait for its answer (s)."""
+        """The time (s) to wait for its answer."""
         return PATIENCE + self.contact_timeout
 
     @property
@@ -263,7 +263,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
         self.changed.set()
 
     def sender_of(self, arrival: ReceivedPacket, number: int) -> NetworkSystem | None:
-        """Who sent a packet: by the name that came with it, else by its id."""
+        """The sender of a packet: by the name that came with it, else by its id."""
         if not arrival.system:
             return next((system for system in self.values() if system.id == number), None)
         system = self.find_or_add(arrival.system)

@@ -231,7 +231,7 @@ def _reservations(
     virtual: bool,
     malformed: int,
 ) -> Iterator[str]:
-    """What cannot be reproduced, and why."""
+    """The results that cannot be reproduced, and the reasons."""
     if not virtual:
         since = profile.start_time if 0.0 <= about.opened - profile.start_time < 1e6 else about.opened
         if about.begins_with_start and (late := about.begin - since) > 0.0:
@@ -278,7 +278,7 @@ def _ending(run: LoggedRun, about: RerunLogSummary, task: Task) -> Iterator[str]
 
 
 def _beside_messages(task: Task) -> list[type]:
-    """What a task subscribes to besides messages, such as frames."""
+    """The objects besides messages that a task subscribes to, such as frames."""
     kinds = [cast(type[object], consumer.type) for consumer in consumer_methods(type(task))]
     return [kind for kind in kinds if not issubclass(kind, imc.Message)]
 
