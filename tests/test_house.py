@@ -272,6 +272,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),
     "tasks.plan.outgoing_requests": (("engine", "generator"), "requests to database and supervisor"),
     "tasks.plan.replies": (("db", "engine", "generator"), "how requests about plans are answered"),
+    "tasks.vision.detection_function": (("mug_detector",), "the user's own way to find gliders"),
     "tasks.vision.airsim_api": (("airsim",), "the simulator's remote procedure calls"),
     "tasks.vision.cameras": (
         ("airsim", "camera", "device", "fisheye_camera", "recording"),

@@ -1,7 +1,6 @@
 """Systems on a zenoh bus: a client of the processes of this computer, or of an endpoint elsewhere."""
 
 import asyncio
-import threading
 from collections import deque
 from collections.abc import Callable, Collection
 from contextlib import suppress
@@ -13,9 +12,10 @@ import imc
 from imc.discovery import PERIOD
 from imc.layout import SMALLEST_PACKET
 from imc.reserved_ids import OPERATORS
-from runtime.zenoh import LOCAL_PORT, SessionFactory, ZenohConfig, error_text, key_chunk, message_key, parse_token
+from runtime.zenoh import LOCAL_PORT, ZenohConfig, error_text, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.zenoh_connection_failure import connection_failure
+from shoal.network.zenoh_session_thread import ZenohSessionThread
 
 if TYPE_CHECKING:
     import zenoh
@@ -31,7 +31,6 @@ AT_ONCE = 512
 MOST_PUBLISHERS = 4096
 CLOSING = 1.0  # s
 SETTLING = 0.02  # s until zenoh has named all who are there
-LAST_TRY = 0.3  # s to wait for a connection that is being tried: most are made or refused at once
 
 
 class _Sample(NamedTuple):
@@ -62,7 +61,7 @@ class ZenohLink:
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )
-        self._opener = SessionFactory()
+        self._opener = ZenohSessionThread(self._config)
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
         self._announcing: asyncio.TimerHandle | None = None
         self._answers: dict[str, Callable[[], object]] = {}  # by vehicle
@@ -75,7 +74,6 @@ class ZenohLink:
         self._is_awake = False
         self._session: zenoh.Session | None = None
         self._retrying: asyncio.Task[None] | None = None
-        self._opening: threading.Thread | None = None
         self._liveliness: list[Any] = []
 
     @property
@@ -150,9 +148,7 @@ class ZenohLink:
             self._retrying.cancel()
             with suppress(asyncio.CancelledError):
                 await self._retrying
-        if self._opening is not None:  # Python would abort if it ended while this thread comes back from zenoh
-            await asyncio.to_thread(self._opening.join, LAST_TRY)
-        await asyncio.to_thread(self._opener.stop_link_timeout)
+        await self._opener.close()
         session, self._session = self._session, None
         if session is not None:
             with suppress(TimeoutError):
@@ -165,7 +161,7 @@ class ZenohLink:
 
         while self._session is None:
             try:
-                session = await self._join()
+                session = await self._opener.open()
             except zenoh.ZError as error:
                 trouble = f"zenoh: {error_text(error)}"
                 if "connect" in str(error).lower():
@@ -182,35 +178,6 @@ class ZenohLink:
                 self._subscribe(expression)
             self._ask()
             opened.set()
-
-    async def _join(self) -> "zenoh.Session":
-        """A session, opened in a thread that nobody waits for: an endpoint that does not answer takes long."""
-        import zenoh
-
-        opened: asyncio.Future[zenoh.Session] = self._loop.create_future()
-
-        def tell(session: "zenoh.Session | None", error: "zenoh.ZError | None") -> None:
-            if opened.done():  # too late: the link is closed
-                if session is not None:
-                    cast(Any, session).close()
-            elif session is not None:
-                opened.set_result(session)
-            else:
-                opened.set_exception(error or ConnectionError())
-
-        def work() -> None:
-            session: zenoh.Session | None = None
-            error: zenoh.ZError | None = None
-            try:
-                session = self._opener.open(self._config.build().config)
-            except zenoh.ZError as trouble:
-                error = trouble
-            with suppress(RuntimeError):  # the loop has ended
-                self._loop.call_soon_threadsafe(tell, session, error)
-
-        self._opening = threading.Thread(target=work, name="zenoh open", daemon=True)
-        self._opening.start()
-        return await opened
 
     def _subscribe(self, expression: str) -> None:
         if self._session is None:

@@ -2,22 +2,19 @@
 
 import importlib
 import importlib.util
-import inspect
 import math
-import sys
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
 from tasks.pose_history import DURATION, PoseEstimate, PoseHistory
 from tasks.simulated_world import world_of
+from tasks.vision.detection_function import DetectionFunction, find_marks, load_detection_function
 from world import SECTIONS
 from world.detection import (
     MARKER_FAMILIES,
@@ -41,10 +38,8 @@ ERRORS = (
     *("pixel_error", "shape_error", "attitude_error", "heading_error", "height_error", "height_error_share"),
     *("position_error", "attitude_error_time", "height_error_time", "position_error_time"),
 )
-Find = Callable[[NDArray[np.uint8]], Any]
 WALKS = 0.002  # m/√s, of things that lie still
 STEADY = 0.1  # of the speed, by which it changes in a second
-MARKERS = 1 << 31
 LEAST_HUE = 10.0  # of 255, between the colors
 SILENT = 10.0  # s without a frame, after which the fault of a camera is over
 SLOPES = 3  # steps to where a ray meets the bottom of a map
@@ -174,7 +169,7 @@ class MUGDetector(Task):
         self._busy, self._asked = True, self.now
         mount, readout = np.asarray(frame.mount, np.float64), frame.info.get("readout_time", 0.0)
         shot = FrameModel(frame.time, frame.camera, frame.optics, mount, readout)
-        self.offload(_found, self._find, frame.image, then=partial(self._locate, shot), latency=self.latency)
+        self.offload(find_marks, self._find, frame.image, then=partial(self._locate, shot), latency=self.latency)
 
     def _locate(self, shot: FrameModel, found: tuple[list[ImageDetection], str]) -> None:
         self._busy = False
@@ -284,7 +279,7 @@ class MUGDetector(Task):
         skipped = self.skipped.total()
         self.set_entity_state(State.NORMAL, f"{counts}, {skipped} skipped" if skipped else counts)
 
-    def _finder(self) -> Find:
+    def _finder(self) -> DetectionFunction:
         if self.detector == "Color":
             red, green, blue = self.color
             if max(self.color) - min(self.color) < LEAST_HUE:
@@ -294,7 +289,7 @@ class MUGDetector(Task):
             if importlib.util.find_spec("cv2") is None:
                 raise ParameterError("Detector", "markers need `pip install opencv-python-headless`")
             return MarkerDetector(self.marker_family).detect
-        return _imported(self.function)
+        return load_detection_function(self.function)
 
 
 def accuracy_from_parameters(values: Mapping[str, Any]) -> DetectionAccuracy:
@@ -303,30 +298,6 @@ def accuracy_from_parameters(values: Mapping[str, Any]) -> DetectionAccuracy:
     pixel, shape, *_, height, share, place, attitude_time, height_time, place_time = (values[name] for name in ERRORS)
     share = share / 100.0
     return DetectionAccuracy(pixel, shape, *degrees, height, share, place, attitude_time, height_time, place_time)
-
-
-def _imported(text: str) -> Find:
-    module, _, name = text.partition(":")
-    _refuse_library(text, module)
-    try:
-        found: Any = importlib.import_module(module)
-        for part in name.split("."):
-            found = getattr(found, part)
-            if isinstance(found, ModuleType) or inspect.isroutine(found):
-                _refuse_library(text, getattr(found, "__module__", None) or found.__name__)
-    except ParameterError:
-        raise
-    except Exception as error:
-        raise ParameterError("Function", f"{text!r} cannot be imported: {type(error).__name__}: {error}") from None
-    if not callable(found):
-        raise ParameterError("Function", f"{text!r} is no function")
-    return found
-
-
-def _refuse_library(text: str, module: str) -> None:
-    """Refuse Python's own modules, as sections do: a profile may be that of a stranger's log, and they do anything."""
-    if module.partition(".")[0] in sys.stdlib_module_names:
-        raise ParameterError("Function", f"{text!r} is of Python's own library, and finds no gliders")
 
 
 def _fault(frame: Frame) -> str:
@@ -339,19 +310,3 @@ def _fault(frame: Frame) -> str:
     if not math.isfinite(frame.time) or frame.mount.shape != (4, 4) or not np.isfinite(frame.mount).all():
         return "frames without time or mount"
     return ""
-
-
-def _found(find: Find, image: NDArray[np.uint8]) -> tuple[list[ImageDetection], str]:
-    """The marks in a picture, or what is wrong with the detector: it may be anybody's."""
-    try:
-        return [row if isinstance(row, ImageDetection) else _mark(*row) for row in find(image)], ""
-    except Exception as error:
-        return [], f"the detector failed: {type(error).__name__}: {error}"
-
-
-def _mark(u: float, v: float, marker: int | None = None) -> ImageDetection:
-    if not math.isfinite(float(u) + float(v)):
-        raise ValueError(f"{u}, {v} is no pixel")
-    if marker is not None and not 0 <= int(marker) < MARKERS:
-        raise ValueError(f"{marker} is no number of a marker")
-    return ImageDetection(float(u), float(v), marker=None if marker is None else int(marker))

@@ -36,7 +36,7 @@ def test_no_thread_is_in_zenoh_when_a_command_ends(monkeypatch: pytest.MonkeyPat
             assert await asyncio.to_thread(enters.wait, PATIENCE)
             asyncio.get_running_loop().call_later(0.1, may_leave.set)  # while the link closes
 
-    monkeypatch.setattr("shoal.network.zenoh_link.LAST_TRY", PATIENCE)
+    monkeypatch.setattr("shoal.network.zenoh_session_thread.LAST_TRY", PATIENCE)
     monkeypatch.setattr(zenoh, "open", join_slowly)
     asyncio.run(look())
     assert not [thread.name for thread in threading.enumerate() if thread.name == "zenoh open"]
