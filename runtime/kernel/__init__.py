@@ -8,6 +8,7 @@ from runtime.kernel.errors import (
     SimulatedCrash,
     to_ordinary_exception,
 )
+from runtime.kernel.event_queue import EventQueue
 from runtime.kernel.kernel import LIVELOCK_EVENTS, Kernel
 from runtime.kernel.observer import KernelObserver
 from runtime.kernel.timer import Readable, Timer, handler_name, owner_of, owner_title
@@ -17,6 +18,7 @@ __all__ = [
     "LIVELOCK_EVENTS",
     "SECOND",
     "Clock",
+    "EventQueue",
     "HandlerBlockedError",
     "HandlerError",
     "Kernel",
