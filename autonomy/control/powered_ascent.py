@@ -14,12 +14,14 @@ ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
+LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
 HELP_PATIENCE = 25.0  # s that help may take for RISEN
 PAUSE = 60.0  # s between two attempts ahead
 UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
 SANK = 1.0  # m by the vertical speed, of a vehicle whose depth is that of the surface
+UNSEEN = 5.0  # m by the vertical speed alone, beyond those that the depth has jumped by; more is no climb
 CLIMB, CLIMB_TIME = 3.0, 15.0  # m, s: a vehicle under water climbs as far with its motor, even if the depth drifts
 AT_SURFACE = 120.0  # s at the surface without help, after which a vehicle counts as light again
 SLOWEST = 5.0  # s/m, of a vehicle that rises with its motor
@@ -58,6 +60,7 @@ class AscentMonitor:
         self._climbs, self._floats, self._bowed = False, False, math.inf
         self._sinks = math.inf
         self._risen, self._updated, self._sank = 0.0, math.nan, False
+        self._unseen = self._jumped = 0.0
 
     @property
     def share(self) -> float:
@@ -75,7 +78,7 @@ class AscentMonitor:
         self.helping, self._extreme, self._since, self._afloat = False, -math.inf, now, None
         self._doubted, self._climbs, self._floats = None, False, False
         self._risen, self._updated, self._sank = 0.0, math.nan, False
-        self.pitch_faulty = False
+        self._unseen, self.pitch_faulty = 0.0, False
 
     def update(
         self,
@@ -84,19 +87,21 @@ class AscentMonitor:
         surfaced: bool,
         unfixed: bool = False,
         rising: float | None = None,
-        jumped: bool = False,
+        jumped: float = 0.0,
     ) -> None:
         """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth.
 
         `unfixed` says that GPS, which has had fixes, has none now. `rising` is the vertical speed upward (m/s), None if
-        it is unknown: a vehicle rises if depth and speed say so. `jumped` says that the depth has become less at once.
+        it is unknown: a vehicle rises if depth and speed say so. `jumped` (m) is by how much the depth has become
+        less at once.
         """
         if not math.isnan(self._updated):
             self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
         self._depth, self._updated = depth, now
         shallow = depth <= self.surface - (ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced:
-            self._sank |= jumped or self._risen < -SANK
+            self._sank |= jumped > 0.0 or self._risen < -SANK
+            self._jumped = jumped
             if self.heavy or depth < IN_THE_AIR or self._sank:
                 self._climb(now, depth)
                 return
@@ -108,6 +113,8 @@ class AscentMonitor:
             self._extreme = max(self._extreme, depth)
             if depth < self._extreme - RISEN:
                 self._extreme, self._since, self.failed = depth, now, False
+            elif self._keeps_level(now, depth):
+                self._begun, self._since, self.pitch_faulty = depth, now, True
             elif depth > NEAR_SURFACE and (now - self._since > HELP_PATIENCE or depth > self._begun + HELP_SINKS):
                 self._fail(now)
         else:
@@ -158,11 +165,24 @@ class AscentMonitor:
                 self.helping = self._climbs = True
                 self._begun, self._doubted, self._risen = depth, now, 0.0
         elif now - self._doubted > CLIMB_TIME:
-            self._climbs = max(self._begun - depth, self._risen) > CLIMB
+            self._climbs = self._begun - depth > CLIMB or self._risen > CLIMB and self._may_climb_unseen()
             self.heavy |= self._climbs
             self._begun, self._doubted, self._risen = depth, now, 0.0
             if not self._climbs:
                 self.helping, self._paused, self._floats = False, now + PAUSE, not self.heavy
+
+    def _keeps_level(self, now: float, depth: float) -> bool:
+        """Whether help ahead has kept the vehicle at its depth, as with a pitch that is wrong by that of the ascent."""
+        ahead = not self.astern and not self.pitch_faulty
+        return ahead and now - self._since > HELP_PATIENCE and NEAR_SURFACE < depth < self._begun + LEVEL
+
+    def _may_climb_unseen(self) -> bool:
+        """Whether the way up by the vertical speed alone is likely; the pitch, if wrong, makes that wrong as well."""
+        self._unseen += self._risen
+        if self._unseen < self._jumped + UNSEEN:
+            return True
+        likely, self._unseen, self.pitch_faulty = not self.pitch_faulty, 0.0, True
+        return likely
 
     def _wait(self, now: float, depth: float) -> None:
         """Wait for buoyancy, longer where a dive had to end first; one that was too heavy gets help as it sinks."""

@@ -259,7 +259,7 @@ class Failsafe(Task):
             self._floats |= self.age(self._surfaced) > STEADY and ascent.has_stalled(now, STEADY)
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
-            jumped = self._jumped < -DEPTH_JUMP
+            jumped = -self._jumped if self._jumped < -DEPTH_JUMP else 0.0
             ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT, rising, jumped)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))

@@ -84,6 +84,13 @@ def test_help_that_turns_the_bow_down_ends_at_once():
         assert not turned(pitch, pitching).astern
 
 
+def test_help_that_keeps_the_vehicle_level_is_tried_by_the_depth():
+    monitor = watch(lambda t: 10.0, 47.0)
+    assert (monitor.helping, monitor.pitch_faulty, monitor.failed) == (True, True, False)
+    assert monitor.share == 1.0
+    assert watch(lambda t: 10.0, 27.0, monitor, begin=47.0).failed
+
+
 def test_a_pitch_up_with_which_the_vehicle_sinks_is_wrong():
     def judged(pitch, rising, seconds=6.0):
         monitor = watch(lambda t: 10.0, 21.0)
@@ -154,25 +161,39 @@ def sinks_unseen(speed, jumped, seconds=200.0):
 
 
 def test_a_vehicle_that_sinks_by_its_vertical_speed_climbs_although_its_depth_is_that_of_the_surface():
-    depths, monitor = sinks_unseen(0.035, False)
+    depths, monitor = sinks_unseen(0.035, 0.0)
     assert max(depths) < 9.0
     assert min(depths) == 0.0
     assert monitor.heavy
-    depths, monitor = sinks_unseen(0.0, False)
+    depths, monitor = sinks_unseen(0.0, 0.0)
     assert not monitor.heavy, "it may be at the surface"
 
 
 def test_a_vehicle_whose_depth_has_jumped_to_the_surface_climbs():
-    depths, _ = sinks_unseen(0.0, True)
+    depths, _ = sinks_unseen(0.0, 5.0)
     assert depths[-1] < 0.1
     monitor = AscentMonitor(0.3, 20.0)
     monitor.reset(0.0)
     driven = []
     for tick in range(1200):
-        monitor.update(0.25 * tick, 0.005, False, True, 0.0, True)
+        monitor.update(0.25 * tick, 0.005, False, True, 0.0, 5.0)
         driven.append(monitor.helping)
     assert not any(driven[:240]), "it may rise by itself"
     assert sum(driven) <= 4 * 16, "it is at the surface indeed, where GPS is silent"
+
+
+def test_a_vertical_speed_that_contradicts_gps_does_not_let_it_climb_for_ever():
+    """With a wrong pitch the vehicle dives, and its vertical speed, computed with that pitch, says that it climbs."""
+    monitor = AscentMonitor(0.3, 20.0)
+    monitor.reset(0.0)
+    driven, judged = [], []
+    for tick in range(1200):
+        monitor.update(0.25 * tick, 0.005, False, True, 0.45, 5.0)
+        driven.append(monitor.helping)
+        judged.append(monitor.pitch_faulty)
+    begins = driven.index(True)
+    assert judged.index(True) - begins < 4 * 31, "then the fins follow the depth"
+    assert not all(driven[begins : begins + 4 * 62])
 
 
 def test_without_a_depth_it_helps_for_the_time_that_the_last_one_takes():

@@ -84,12 +84,22 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_in_kilometer
     assert max(flight.depths[-1000:]) < 1.6
 
 
-def test_a_vehicle_that_is_too_heavy_comes_up_although_its_pitch_drifts(fly, tmp_path):
-    """A pitch that shows the bow 28° too far up has the fins turn it down."""
-    drifts = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: pitch + min(0.5, 0.01 * t)))
-    flight = fly(tmp_path, all_of(ballast(0.3), drifts), 130.0)
+@pytest.mark.parametrize(("kilograms", "wrong"), [(0.3, 0.5), (0.18, 0.37)])
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_pitch_is_wrong(kilograms, wrong, fly, tmp_path):
+    """A pitch that shows the bow 28° too far up has the fins turn it down; with 21° too much it keeps its depth."""
+    drifts = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: pitch + min(wrong, 0.01 * t)))
+    flight = fly(tmp_path, all_of(ballast(kilograms), drifts), 150.0)
     assert max(flight.depths) < 16.0
     assert max(flight.depths[-1000:]) < 1.6
+
+
+def test_a_wrong_pitch_and_depth_do_not_make_it_dive_on(fly, tmp_path):
+    """The vertical speed, computed with that pitch, says that it climbs."""
+    pitch = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: pitch + 0.01 * t))
+    kilometers = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth * 0.001))
+    flight = fly(tmp_path, all_of(ballast(0.18), pitch, kilometers), 200.0)
+    assert max(flight.depths) < 30.0
+    assert max(flight.depths[-1000:]) < 5.0
 
 
 def test_fins_that_are_jammed_downward_bring_it_up_astern(fly, tmp_path):
