@@ -165,7 +165,7 @@ class AscentMonitor:
                 self.helping = self._climbs = True
                 self._begun, self._doubted, self._risen = depth, now, 0.0
         elif now - self._doubted > CLIMB_TIME:
-            self._climbs = self._begun - depth > CLIMB or self._risen > CLIMB and self._may_climb_unseen()
+            self._climbs = self._begun - depth > CLIMB or (self._risen > CLIMB and self._may_climb_unseen())
             self.heavy |= self._climbs
             self._begun, self._doubted, self._risen = depth, now, 0.0
             if not self._climbs:
