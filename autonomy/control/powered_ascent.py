@@ -14,6 +14,7 @@ ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
+PULSE, COAST, SINKS_AGAIN = 3.0, 8.0, 0.2  # s, s, m: astern, the bow comes up in the end, and pauses let it down
 LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
@@ -61,12 +62,15 @@ class AscentMonitor:
         self._sinks = math.inf
         self._risen, self._updated, self._sank = 0.0, math.nan, False
         self._unseen = self._jumped = 0.0
+        self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
 
     @property
     def share(self) -> float:
         """The share of the thrust that is needed: less where it only keeps the vehicle at the surface."""
         ahead = GENTLE + (1.0 - GENTLE) * (self._depth - self.surface) / FULL_DEPTH
         ahead = 1.0 if self._climbs else ahead
+        if self.astern and self._updated < self._coasts:
+            return 0.0
         return (-1.0 if self.astern else 1.0) * max(GENTLE, min(1.0, ahead))
 
     def has_stalled(self, now: float, seconds: float) -> bool:
@@ -111,6 +115,7 @@ class AscentMonitor:
             self._float(now)
         elif self.helping:
             self._extreme = max(self._extreme, depth)
+            self._pause_astern(now, depth)
             if depth < self._extreme - RISEN:
                 self._extreme, self._since, self.failed = depth, now, False
             elif self._keeps_level(now, depth):
@@ -170,6 +175,15 @@ class AscentMonitor:
             self._begun, self._doubted, self._risen = depth, now, 0.0
             if not self._climbs:
                 self.helping, self._paused, self._floats = False, now + PAUSE, not self.heavy
+
+    def _pause_astern(self, now: float, depth: float) -> None:
+        """Have the vehicle coast when going astern no longer lifts it: its jammed fins have turned the bow up."""
+        if not self.astern or now < self._coasts:
+            self._pulse = self._highest = math.inf
+            return
+        self._pulse, self._highest = min(self._pulse, now), min(self._highest, depth)
+        if depth > self._highest + SINKS_AGAIN and now - self._pulse > PULSE:
+            self._coasts = now + COAST
 
     def _keeps_level(self, now: float, depth: float) -> bool:
         """Whether help ahead has kept the vehicle at its depth, as with a pitch that is wrong by that of the ascent."""

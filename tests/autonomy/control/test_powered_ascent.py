@@ -84,6 +84,23 @@ def test_help_that_turns_the_bow_down_ends_at_once():
         assert not turned(pitch, pitching).astern
 
 
+def test_astern_it_pauses_when_the_bow_has_come_up():
+    """Fins that are jammed downward lift the stern for some seconds, and then turn the bow up."""
+    monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
+    assert monitor.share == -1.0
+    shares, depth, astern = [], 14.7, 0.0
+    for tick in range(4 * 60):
+        shares.append(monitor.share)
+        astern = astern + 0.25 if shares[-1] else 0.0
+        depth += 0.25 * (0.04 if not astern else -0.5 if astern < 5.0 else 0.3)
+        monitor.update(47.0 + 0.25 * tick, depth, False)
+        if not monitor.astern:
+            break
+    assert set(shares) == {-1.0, 0.0}
+    assert depth < 10.0
+    assert monitor.helping
+
+
 def test_help_that_keeps_the_vehicle_level_is_tried_by_the_depth():
     monitor = watch(lambda t: 10.0, 47.0)
     assert (monitor.helping, monitor.pitch_faulty, monitor.failed) == (True, True, False)

@@ -102,8 +102,9 @@ def test_a_wrong_pitch_and_depth_do_not_make_it_dive_on(fly, tmp_path):
     assert max(flight.depths[-1000:]) < 5.0
 
 
-def test_fins_that_are_jammed_downward_bring_it_up_astern(fly, tmp_path):
-    flight = fly(tmp_path, ballast(0.6, jammed=math.radians(20.0)), 200.0)
+@pytest.mark.parametrize(("kilograms", "degrees"), [(0.6, 20.0), (0.3, 8.0)])
+def test_fins_that_are_jammed_downward_bring_it_up_astern(kilograms, degrees, fly, tmp_path):
+    flight = fly(tmp_path, ballast(kilograms, jammed=math.radians(degrees)), 200.0)
     assert max(flight.depths) < 20.0
     assert max(flight.depths[-1000:]) < 3.0, flight.depths[::1000]
 
