@@ -79,7 +79,7 @@ class ThrustResponseCheck:
         if self.lags:
             self.lags = not (self._stirred > STIRRED and at_once < FOLLOWS * self._stirred)
         elif at_once > STIRRED:
-            self.lags = late < EXPLAINED * at_once
+            self.lags = late < min(EXPLAINED * at_once, FOLLOWS * self._stirred)  # the latter not after a new load
 
     def _record(self, now: float, thrust: float, change: float) -> None:
         times = self._times

@@ -7,6 +7,7 @@ from autonomy.navigation.fault_detection import GateDecision, JumpGate, StuckDet
 from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
 from autonomy.navigation.sensor_latency import EXPLAINED_FOR, BarometerLagCheck, ThrustResponseCheck
+from support.number_parsing import clamp_magnitude
 from support.rotations import Vector
 
 GRAVITY = 9.80665
@@ -150,7 +151,8 @@ class VerticalSpeedEstimator:
             self._filter.bias[0] = self._usual_bias
         self._buried = not self._known and (self._buried or self.height < UNDERGROUND)
         if fix is not None:
-            self._correct_by_gps(now, fix, needed=force is None or self._since > BY_FORCE_ALONE or self._buried)
+            alone = self._useless or self._since > BY_FORCE_ALONE  # its speed may be that of a barometer that lied
+            self._correct_by_gps(now, fix, needed=force is None or alone or self._buried)
 
     def measured_force(self, now: float, expected: float) -> float | None:
         """The specific force (m/s²) along the mast, without the bias by which speed and barometer contradict it.
@@ -199,6 +201,10 @@ class VerticalSpeedEstimator:
         self._off_by_gps += WITNESS_SHARE * (off - self._off_by_gps)
         self._heard = now
 
+    def _possible_bias(self, bias: float) -> float:
+        """A bias (m/s²) as far from that at rest as an accelerometer's may get; more comes from wrong heights."""
+        return self._rest_bias + clamp_magnitude(bias - self._rest_bias, LARGEST_BIAS)
+
     def _correct(self, now: float, dt: float, level: float) -> None:
         state, variance = self._filter, PRESSURE_NOISE**2
         if self._ground is None:
@@ -224,7 +230,7 @@ class VerticalSpeedEstimator:
         if self._lag.contradicts:
             self._useless, self._pressed = True, -math.inf
             state.position[0], state.velocity[0] = slow.position[0], slow.velocity[0]
-            self._usual_bias = state.bias[0] = slow.bias[0]
+            self._usual_bias = state.bias[0] = self._possible_bias(slow.bias[0])
             return
         self._pressed, self._since = now, 0.0
         state.correct((down,), variance)

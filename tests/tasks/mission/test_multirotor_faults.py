@@ -1,13 +1,14 @@
 """Faults of the profile hexa-00 in the air that leave it without a barometer, or without power for a moment."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import pytest
 
 import imc
 from runtime.fault_injection import Crash, FaultInjector
-from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, Mode, before, lies
+from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, Mode, before, late, lies
 
 pytestmark = pytest.mark.heavy
 
@@ -78,3 +79,16 @@ def test_a_multirotor_whose_receiver_does_not_know_the_height_flies_its_plan_by_
     assert set(flight.modes) == {Mode.MANEUVER}
     assert flight.astray < 2.0
     assert flight.wrong_depth < 1.0
+
+
+@pytest.mark.parametrize(("load", "after"), [(-0.3, 11.0), (0.6, 8.0)])
+def test_a_multirotor_with_late_pressures_and_another_load_does_not_fly_away(load, after, fly, tmp_path):
+    def inject(vehicle):
+        late(BAROMETER, 1.5)(vehicle)
+        craft = vehicle.task("Simulators.UAV").craft
+        loaded = replace(craft.airframe, mass=craft.airframe.mass + load)
+        vehicle.kernel.after(after, setattr, craft, "airframe", loaded)
+
+    flight = fly(tmp_path, inject, "hexa-00", 150.0)
+    assert -min(flight.depths) < 20.0
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
