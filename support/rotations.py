@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from math import cos, sin
 
 HALF_TURN = math.pi
 BACK = -math.pi
@@ -17,12 +18,11 @@ def rotation(phi: float, theta: float, psi: float) -> Matrix:
 
     Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), eq. 2.18.
     """
-    cr, sr = math.cos(phi), math.sin(phi)
-    cp, sp = math.cos(theta), math.sin(theta)
-    cy, sy = math.cos(psi), math.sin(psi)
+    cr, sr, cp, sp, cy, sy = cos(phi), sin(phi), cos(theta), sin(theta), cos(psi), sin(psi)
+    a, b = cy * sp, sy * sp
     return (
-        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (cy * cp, a * sr - sy * cr, a * cr + sy * sr),
+        (sy * cp, b * sr + cy * cr, b * cr - cy * sr),
         (-sp, cp * sr, cp * cr),
     )
 
@@ -58,10 +58,9 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi_rate: float) -> Vector:
     """p, q, r (rad/s) from the Euler angle rates (rad/s); Fossen 2011, eq. 2.28 inverted."""
-    cr, sr = math.cos(phi), math.sin(phi)
-    cp = math.cos(theta)
+    cr, sr, cp = cos(phi), sin(phi), cos(theta)
     return (
-        phi_rate - psi_rate * math.sin(theta),
+        phi_rate - psi_rate * sin(theta),
         theta_rate * cr + psi_rate * cp * sr,
         psi_rate * cp * cr - theta_rate * sr,
     )
@@ -70,10 +69,10 @@ def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi
 def integrate_body_rates(angles: Vector, rates: Vector, seconds: float) -> Vector:
     """Euler angles (rad) after some moments at body rates p, q, r (rad/s); Fossen 2011, eq. 2.26, one step."""
     (phi, theta, psi), (p, q, r) = angles, rates
-    cr, sr, cp = math.cos(phi), math.sin(phi), math.cos(theta)
+    cr, sr, cp = cos(phi), sin(phi), cos(theta)
     yaw = (q * sr + r * cr) / math.copysign(max(abs(cp), STEEPEST), cp)
     return (
-        wrap(phi + seconds * (p + yaw * math.sin(theta))),
+        wrap(phi + seconds * (p + yaw * sin(theta))),
         theta + seconds * (q * cr - r * sr),
         wrap(psi + seconds * yaw),
     )

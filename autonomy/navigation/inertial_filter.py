@@ -28,15 +28,16 @@ class InertialFilter:
 
     def predict(self, dt: float, accelerations: Sequence[float], noise: float | None = None) -> None:
         """Advance by `dt` (s) with the mean accelerations (m/s²) of that time; `noise` replaces the usual one."""
+        position, velocity, bias = self.position, self.velocity, self.bias
         for axis, measured in enumerate(accelerations):
-            a = measured - self.bias[axis]
-            self.position[axis] += dt * (self.velocity[axis] + 0.5 * dt * a)
-            self.velocity[axis] += dt * a
+            a, speed = measured - bias[axis], velocity[axis]
+            position[axis] += dt * (speed + 0.5 * dt * a)
+            velocity[axis] = speed + dt * a
         pp, pv, pb, vv, vb, bb = self._p
         half = 0.5 * dt * dt
         pv_, vv_, vb_ = pv + dt * vv - half * vb, vv - dt * vb, vb - dt * bb
         pp_, pb_ = pp + dt * pv - half * pb, pb + dt * vb - half * bb
-        pv_full = pv_ - dt * (pb + dt * vb - half * bb)
+        pv_full = pv_ - dt * pb_
         q = (self._noise if noise is None else noise * noise) * dt
         self._p = [
             pp_ + dt * pv_ - half * pb_ + q * dt * dt / 3.0,
@@ -57,11 +58,12 @@ class InertialFilter:
         pp, pv, pb, vv, vb, bb = self._p
         s = 1.0 / (pp + variance)
         kp, kv, kb = pp * s, pv * s, pb * s
+        position, velocity, bias = self.position, self.velocity, self.bias
         for axis, measured in enumerate(positions):
-            innovation = measured - self.position[axis]
-            self.position[axis] += kp * innovation
-            self.velocity[axis] += kv * innovation
-            self.bias[axis] += kb * innovation
+            innovation = measured - position[axis]
+            position[axis] += kp * innovation
+            velocity[axis] += kv * innovation
+            bias[axis] += kb * innovation
         self._p = [pp - kp * pp, pv - kp * pv, pb - kp * pb, vv - kv * pv, vb - kv * pb, bb - kb * pb]
 
     def reset(self, positions: Sequence[float], variance: float, velocity_variance: float | None = None) -> None:

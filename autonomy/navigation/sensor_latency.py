@@ -2,7 +2,6 @@
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 
 from autonomy.navigation.inertial_filter import InertialFilter
 
@@ -73,8 +72,11 @@ class ThrustResponseCheck:
         self._usual_force += share * (force - self._usual_force)
         measured, keep = force - self._usual_force, max(0.0, 1.0 - dt / MEMORY)
         self._stirred = keep * self._stirred + dt * change * change
-        for i, before in enumerate(self._changes_by_latency(now)):
-            self._off[i] = keep * self._off[i] + dt * (measured - before) ** 2
+        times, changes = self._times, self._changes
+        self._off = [  # the oldest change is that of all times before it
+            keep * off + dt * (measured - changes[bisect_right(times, now - late, 1) - 1]) ** 2
+            for off, late in zip(self._off, LATENCIES, strict=True)
+        ]
         at_once, late = self._off[0], min(self._off[2:])
         if self.lags:
             self.lags = not (self._stirred > STIRRED and at_once < FOLLOWS * self._stirred)
@@ -88,11 +90,6 @@ class ThrustResponseCheck:
         self._changes.append(change)
         old = bisect_left(times, now - LONGEST - COARSENESS)
         del times[:old], self._thrusts[:old], self._changes[:old]
-
-    def _changes_by_latency(self, now: float) -> Sequence[float]:
-        """The change of the thrust at each latency; of the oldest, where there is none."""
-        times, changes = self._times, self._changes
-        return [changes[max(0, bisect_right(times, now - late) - 1)] for late in LATENCIES]
 
     @property
     def made(self) -> float:

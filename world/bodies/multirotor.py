@@ -119,19 +119,24 @@ class Multirotor:
         """Tilt and turn towards the commands; on the ground the legs keep it level and hold its heading."""
         stands = self.on_ground
         roll, pitch, turn = (0.0, 0.0, 0.0) if stands else (self._roll, self._pitch, self._turn)
-        self.phi, self._phi_rate = self._tilted(self.phi, self._phi_rate, roll, h)
-        self.theta, self._theta_rate = self._tilted(self.theta, self._theta_rate, pitch, h)
+        a = self.airframe
+        stiffness, damping = a.bandwidth**2, 2.0 * a.damping * a.bandwidth
+        self.phi, self._phi_rate = _tilted(self.phi, self._phi_rate, roll, stiffness, damping, h)
+        self.theta, self._theta_rate = _tilted(self.theta, self._theta_rate, pitch, stiffness, damping, h)
         before = 0.0 if stands else self._psi_rate
-        self._psi_rate = turn + (before - turn) * math.exp(-h / self.airframe.yaw_lag)
+        self._psi_rate = turn + (before - turn) * math.exp(-h / a.yaw_lag)
         self.psi = wrap(self.psi + 0.5 * h * (before + self._psi_rate))
         self.p, self.q, self.r = body_rates(self.phi, self.theta, self._phi_rate, self._theta_rate, self._psi_rate)
 
-    def _tilted(self, angle: float, rate: float, command: float, h: float) -> tuple[float, float]:
-        """Angle and rate of a damped oscillator after `h` s, with the acceleration of the middle of the step.
 
-        So the rate changes evenly, and its mean over the step is that of the angle: what gyroscopes measure.
-        """
-        stiffness, damping = self.airframe.bandwidth**2, 2.0 * self.airframe.damping * self.airframe.bandwidth
-        push = stiffness * (command - angle - 0.5 * h * rate) - damping * rate
-        change = h * push / (1.0 + 0.5 * h * (damping + 0.5 * h * stiffness))
-        return angle + h * (rate + 0.5 * change), rate + change
+def _tilted(
+    angle: float, rate: float, command: float, stiffness: float, damping: float, h: float
+) -> tuple[float, float]:
+    """Angle and rate of a damped oscillator after `h` s, with the acceleration of the middle of the step.
+
+    So the rate changes evenly, and its mean over the step is that of the angle: what gyroscopes measure.
+    """
+    half = 0.5 * h
+    push = stiffness * (command - angle - half * rate) - damping * rate
+    change = h * push / (1.0 + half * (damping + half * stiffness))
+    return angle + h * (rate + 0.5 * change), rate + change

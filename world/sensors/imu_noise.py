@@ -121,9 +121,9 @@ class NoisyTriad:
 
     def add_noise(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:
         """`value` with noise from six standard normal `draws`: three for white noise, three for the bias."""
-        white, step = self.density.sample_sigmas(interval)
-        kept = self.density.share_kept(interval)
-        (x, y, z), (p, q, r), (a, b, c, d, e, f) = self._bias, value, draws
+        density, (x, y, z), (p, q, r), (a, b, c, d, e, f) = self.density, self._bias, value, draws
+        white, step = density.sample_sigmas(interval)
+        kept = 1.0 if density.memory == math.inf else density.share_kept(interval)
         self._bias = kept * x + step * d, kept * y + step * e, kept * z + step * f
         return p + white * a + x, q + white * b + y, r + white * c + z
 
