@@ -63,8 +63,8 @@ WRONG_USE = 2
 
 FEW = 12
 """Commands that an error can list."""
-GARBAGE = 20_000
-"""New objects after which Python looks for garbage among them. By default 700, which takes a seventh of a start."""
+GARBAGE = 200_000
+"""New objects after which Python looks for garbage: more than a start makes, which all stay. By default 700."""
 
 
 class WrongUse(click.ClickException):

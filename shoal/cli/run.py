@@ -1,6 +1,7 @@
 """`shoal run`: runs a vehicle profile and shows its status."""
 
 import contextlib
+import gc
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -42,6 +43,7 @@ MOST_WARNINGS = 10
 LINKS = ("Transports.", "Supervisors.Equipment")  # the tasks that write logs, talk to others and answer them
 FIXED_BY_SNAPSHOT = ("config_dir", "profiles", "vehicle", "clock", "seed", "bus", "keep_going")
 CLOSING = 30.0  # s to close a run that ends by itself
+GARBAGE = 20_000  # new objects after which a run looks for garbage among them: a short pause
 
 
 def run_options(function: F) -> F:
@@ -230,6 +232,8 @@ def run_to_end(
             with status:
                 if start:
                     vehicle.start()
+                gc.freeze()  # all of this stays: a search for garbage in it would be a long pause
+                gc.set_threshold(GARBAGE)
                 if not vehicle.has_virtual_time:  # a virtual run is the same without it, and may be saved
                     vehicle.kernel.soon(host.notify_ready)
                 try:
@@ -243,6 +247,7 @@ def run_to_end(
                         watchdog.set_stop_deadline(CLOSING)
                     host.notify_stopping()
                     vehicle.close()
+                    gc.unfreeze()
         except Exception as error:
             vehicle.exit_status = 1
             with contextlib.suppress(OSError):

@@ -4,7 +4,6 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, cast
-from xml.sax.saxutils import escape
 
 from autonomy.plans.yaml import PlanFileError
 from support.foreign_json import load_json_of_file
@@ -76,6 +75,8 @@ def read_geojson(text: str, name: str) -> Route:
 
 def write_kml(route: Sequence[RoutePoint], name: str) -> str:
     """A KML file with one line; depths are negative altitudes."""
+    from xml.sax.saxutils import escape  # slow to import, and rarely needed
+
     mode = NEAR_GROUND if any(point.above_ground for point in route) else "absolute"
     words = " ".join(f"{p.lon:.8f},{p.lat:.8f},{p.altitude or 0.0:g}" for p in route)
     return (
@@ -87,6 +88,8 @@ def write_kml(route: Sequence[RoutePoint], name: str) -> str:
 
 def write_gpx(route: Sequence[RoutePoint], name: str) -> str:
     """A GPX file with one route; depths are negative elevations."""
+    from xml.sax.saxutils import escape  # slow to import, and rarely needed
+
     points = "".join(
         f'<rtept lat="{p.lat:.8f}" lon="{p.lon:.8f}">'
         + (f"<ele>{p.altitude:g}</ele>" if p.altitude is not None else "")

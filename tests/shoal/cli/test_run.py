@@ -6,6 +6,7 @@ import pty
 import select
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -267,3 +268,20 @@ def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
         "lauv-noptilus-1-saved.ini:2"
         in shoal("explain", "lauv-noptilus-1", "Simulators.GPS/Kinematic", cwd=tmp_path).stdout
     )
+
+
+@pytest.mark.heavy
+def test_a_start_searches_no_garbage_and_imports_no_network_clients(tmp_path: Path) -> None:
+    code = (
+        "import gc, sys, shoal.cli\nfound = []\ngc.callbacks.append(lambda phase, _: found.append(phase))\n"
+        "try:\n    shoal.cli.main(sys.argv[1:])\n"
+        "finally:\n    print(len(found), gc.get_freeze_count(), *sys.modules, file=sys.stderr)\n"
+    )
+    words = ["run", "lauv-noptilus-1", "-p", "Simulation", "--clock", "virtual", "--for", "1s"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    searches, frozen, *modules = done.stderr.splitlines()[-1].split()
+    assert (searches, frozen) == ("0", "0")
+    assert "tasks.simulators.vsim" in modules
+    assert not {"ssl", "http.client", "email.message", "urllib.request"} & set(modules)
