@@ -3,7 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable, Mapping
-from types import UnionType
+from types import FunctionType, UnionType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints, overload
 
 from runtime.kernel import SECOND, Timer
@@ -231,6 +231,9 @@ def _refuse_coroutines(cls: type, name: str, method: Callable[..., object]) -> N
         raise TypeError(f"{cls.__name__}.{name}: handlers are not async; self.start_script(...) starts a script")
 
 
-def _methods(cls: type) -> list[tuple[str, Any]]:
+@functools.cache
+def _methods(cls: type) -> tuple[tuple[str, Any], ...]:
+    """The methods of a class that may have marks, which are attributes, in the order of definition."""
     names = dict.fromkeys(name for base in reversed(cls.__mro__) for name in vars(base))
-    return [(name, getattr(cls, name)) for name in names if inspect.isfunction(getattr(cls, name, None))]
+    found = ((name, getattr(cls, name, None)) for name in names)
+    return tuple((name, method) for name, method in found if isinstance(method, FunctionType) and vars(method))
