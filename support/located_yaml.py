@@ -2,20 +2,20 @@
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from typing import Any, NoReturn, cast
-
-import yaml
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from support.diagnostics import LocatedError, Origin
 from support.number_parsing import parse_number, require_float_range
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+if TYPE_CHECKING:
+    import yaml  # slow to import, and most runs read no YAML
+
 _DEEPEST = 16
 _MOST = 200_000  # nodes
 _LARGEST = 4 << 20  # bytes of a file
 _QUOTED = re.compile(r"'[^']*'" r'|"(?:[^"\\]|\\.)*"')
-_TYPES: Any = yaml.SafeLoader("")
 
 
 class Node:
@@ -58,9 +58,12 @@ class Node:
             return [node.value() for node in self.content]
         if not self.plain:
             return self.content
-        tag: str = _TYPES.resolve(yaml.ScalarNode, self.content, (True, False))
+        import yaml
+
+        types = _types()
+        tag: str = types.resolve(yaml.ScalarNode, self.content, (True, False))
         try:
-            value = _TYPES.yaml_constructors[tag](_TYPES, yaml.ScalarNode(tag, self.content))
+            value = types.yaml_constructors[tag](types, yaml.ScalarNode(tag, self.content))
             return require_float_range(value) if isinstance(value, int) else value
         except (ValueError, KeyError, yaml.YAMLError):
             self.fail(f"{self.content!r} is not a value")
@@ -113,6 +116,14 @@ class Node:
         return self.content
 
 
+@cache
+def _types() -> Any:
+    """What types scalars as YAML 1.1 does."""
+    import yaml
+
+    return yaml.SafeLoader("")
+
+
 def read_text(path: Path, error: type[LocatedError]) -> str:
     """The text of a file of at most 4 MiB. Raises `error` that names the file, OSError if it cannot be read."""
     with path.open("rb") as file:  # a device or a pipe has no size
@@ -127,8 +138,11 @@ def read_text(path: Path, error: type[LocatedError]) -> str:
 
 def parse_yaml_tree(text: str, file: str, error: type[LocatedError] = LocatedError) -> Node:
     """The one document in the text. Raises `error` naming file:line, also for anchors, tags and duplicate keys."""
+    import yaml
+
     try:
-        return _tree(cast(Any, yaml).parse(text, Loader=_LOADER), file, error)
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+        return _tree(cast(Any, yaml).parse(text, Loader=loader), file, error)
     except yaml.MarkedYAMLError as wrong:
         mark = wrong.problem_mark
         line, place = (mark.line + 1, mark.index) if mark else (1, 0)
@@ -147,7 +161,9 @@ def _brackets(text: str) -> int:
     return sum((letter in "[{") - (letter in "]}") for letter in unquoted)  # integers
 
 
-def _tree(events: Iterator[yaml.Event], file: str, error: type[LocatedError]) -> Node:
+def _tree(events: "Iterator[yaml.Event]", file: str, error: type[LocatedError]) -> Node:
+    import yaml
+
     root = Node([], file, 1, error)
     open_nodes = [root]
     keys: list[Node | None] = [None]

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from support.foreign_json import load_json
-from support.foreign_yaml import load_yaml
 from world.optics.airsim_settings import AirSimCamera, airsim_cameras, is_airsim_settings
 from world.optics.arctangent_lens import ArctangentModel
 from world.optics.brown_conrady import PinholeModel
@@ -150,7 +149,9 @@ def _parsed(text: str, suffix: str) -> Values:
             return _mapping(load_json(text), "the file")
         except ValueError as error:
             raise CalibrationError(f"no JSON: {error}") from None
-    import yaml
+    import yaml  # slow to import, and most runs read none
+
+    from support.foreign_yaml import load_yaml
 
     try:
         return _mapping(load_yaml(OPENCV.sub("", text)), "the file")

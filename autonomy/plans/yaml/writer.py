@@ -5,8 +5,6 @@ from enum import IntEnum, IntFlag
 from itertools import pairwise
 from typing import Any, cast
 
-import yaml
-
 import imc
 from autonomy.plans.sequence import DONE
 from autonomy.plans.yaml.reader import PlanFileError, PlanValues, parse_plan
@@ -16,6 +14,8 @@ from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 
 def plan_text(plan: imc.PlanSpecification) -> str:
     """The plan as YAML, which `parse_plan` reads back to the same bytes. Raises PlanFileError."""
+    import yaml  # slow to import, and most runs write no plan
+
     wanted = imc.encode(_bare(plan))
     for draft in (_short(plan), _plain(plan)):
         text = yaml.safe_dump(draft, sort_keys=False, allow_unicode=True, default_flow_style=None, width=110)

@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import yaml
 
 import imc
 from support.atomic_files import write_file
@@ -75,6 +74,8 @@ def write_cameras(
     readouts: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """Write the models, mounts and readout times (s) of cameras, by entity label; returns an error text, or ""."""
+    import yaml  # slow to import, and most runs save no pictures
+
     text = HEAD + yaml.safe_dump(
         {name: describe_camera(*camera, readouts.get(name, 0.0)) for name, camera in cameras.items()}, sort_keys=False
     )

@@ -271,7 +271,7 @@ def test_saved_parameters_come_back_and_leave_virtual_runs_alone(tmp_path):
 
 
 @pytest.mark.heavy
-def test_a_start_searches_no_garbage_and_imports_no_network_clients(tmp_path: Path) -> None:
+def test_a_start_searches_no_garbage_and_imports_neither_network_clients_nor_yaml(tmp_path: Path) -> None:
     code = (
         "import gc, sys, shoal.cli\nfound = []\ngc.callbacks.append(lambda phase, _: found.append(phase))\n"
         "try:\n    shoal.cli.main(sys.argv[1:])\n"
@@ -284,4 +284,4 @@ def test_a_start_searches_no_garbage_and_imports_no_network_clients(tmp_path: Pa
     searches, frozen, *modules = done.stderr.splitlines()[-1].split()
     assert (searches, frozen) == ("0", "0")
     assert "tasks.simulators.vsim" in modules
-    assert not {"ssl", "http.client", "email.message", "urllib.request"} & set(modules)
+    assert not {"ssl", "http.client", "email.message", "urllib.request", "yaml"} & set(modules)
