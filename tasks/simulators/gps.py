@@ -102,10 +102,11 @@ class GPS(Task):
             self.set_entity_state(State.FAULT, INVALID_TRUTH)
             return
         truths, time = self._truths, truth.timestamp
-        if truths and time < truths[-1].timestamp:
+        if not self.latency or (truths and time < truths[-1].timestamp):
             truths.clear()
         truths.append(truth)
-        self._drop_older_than(time - self.latency)
+        if self.latency:
+            self._drop_older_than(time - self.latency)
 
     @periodic("execution_frequency")
     def report(self, periods: int) -> None:
