@@ -24,7 +24,7 @@ class NotComparable(ValueError):
 
 @dataclass(frozen=True)
 class ColumnChange:
-    """How a column of B differs from that of A in `runs` pairs: the mean of B - A, and the interval of this mean.
+    """Difference of a column of B from that of A in `runs` pairs: the mean of B - A, and the interval of this mean.
 
     Both ends of the interval are NaN if the sampling gives none.
     """
@@ -58,7 +58,7 @@ class RunPair:
 
     @property
     def margin_loss(self) -> float:
-        """How much less margin B has; NaN if there is none to compare."""
+        """Margin that B has lost; NaN if there is none to compare."""
         fall = float(self.a["margin"]) - float(self.b["margin"])
         return fall if math.isfinite(fall) else math.nan
 

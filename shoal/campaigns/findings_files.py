@@ -9,7 +9,7 @@ from shoal.campaigns.studies import Study, load_study
 
 
 def compute_findings(data: CampaignResults) -> SearchFindings | None:
-    """What the runs of a search have shown; None for other campaigns."""
+    """Compute the findings of a search from its runs; None for other campaigns."""
     return summarize_search(data.metadata["search"], data.counted_rows) if "search" in data.metadata else None
 
 

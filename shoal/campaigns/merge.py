@@ -72,7 +72,7 @@ def merge_results(folders: Sequence[CampaignResults], out: Path) -> MergedResult
 
 
 def _most(data: CampaignResults) -> int:
-    """How many runs the whole campaign has."""
+    """Number of runs of the whole campaign."""
     return data.end if data.end is not None else int(data.metadata.get("most", 0))
 
 

@@ -1,4 +1,4 @@
-"""How well a pass rate is known."""
+"""Confidence interval of a pass rate."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ def has_interval(sampling: str) -> bool:
 
 @dataclass(frozen=True)
 class PassRate:
-    """How many of `runs` passed, and the interval that holds the true rate with a confidence.
+    """Number of `runs` that passed, and the interval that holds the true rate with a confidence.
 
     `runs` are those whose outcome is known; `unknown` is how many others there are. The interval is Wilson's score
     interval (E. B. Wilson, 1927): right also near 0 and 1 and for few runs, where that of the normal distribution is

@@ -24,7 +24,7 @@ def failure_details(result: ScenarioResult) -> list[str]:
 
 
 def warning_lines(outcome: ScenarioOutcome) -> list[str]:
-    """What makes a result worth less than it seems."""
+    """Reasons for which a result is worth less than it seems."""
     lines = list(outcome.result.warnings)
     if not outcome.is_reproducible:
         lines.append("the run for the log went otherwise: something in it depends on more than file and seed")

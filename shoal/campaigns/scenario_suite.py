@@ -17,7 +17,7 @@ SKIPPED_IF_CONTAINS = ("pyvenv.cfg", "CACHEDIR.TAG", JOURNAL, TABLE)
 
 @dataclass(frozen=True)
 class ScenarioOutcome:
-    """What came of a job. `wall_time` is how long it took (s).
+    """Result of a job. `wall_time` is its duration (s).
 
     `is_reproducible` is False if the run with a log went otherwise than the one before, so that something in it does
     not depend on file and seed alone.

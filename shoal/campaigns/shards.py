@@ -44,7 +44,7 @@ def parse_shard(text: str) -> Shard:
 
 
 def shard_folder(folder: Path, shard: Shard) -> Path:
-    """Where the data set of a shard is: that of the whole campaign is `folder`."""
+    """Folder of the data set of a shard; that of the whole campaign is `folder`."""
     return folder if shard == WHOLE_CAMPAIGN else folder / shard.folder_name
 
 

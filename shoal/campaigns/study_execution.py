@@ -128,7 +128,7 @@ def _make_job(study: Study, folder: Path, run: int, raw_values: Mapping[str, Sca
 
 
 class _RunSchedule:
-    """Which runs are left. Whether there are enough is judged on runs 0 to N, in this order, not as they come in:
+    """Remaining runs. Whether there are enough is judged on runs 0 to N, in this order, not as they come in:
     the answer is the same for any number of workers."""
 
     def __init__(self, study: Study, data: CampaignResults, shard: Shard):
@@ -156,11 +156,11 @@ class _RunSchedule:
                 break
 
     def raw_values(self, run: int) -> Mapping[str, Scalar]:
-        """What a run has drawn, without units."""
+        """Values that a run has drawn, without units."""
         return self._study.design.raw_values(run)
 
     def extra_columns(self, run: int) -> dict[str, object]:
-        """What its row says besides."""
+        """Further columns of its row."""
         return {}
 
     def batches(self) -> Generator[Iterable[int]]:
@@ -176,5 +176,5 @@ class _RunSchedule:
 
 
 def run_log_folder(folder: Path, run: int) -> Path:
-    """Where the logs of a run are."""
+    """Folder of the logs of a run."""
     return (folder / LOGS / f"{run:06d}").absolute()

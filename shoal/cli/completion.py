@@ -87,7 +87,7 @@ _ARGUMENTS = {
 
 
 def complete_without_command(words: Sequence[str], incomplete: str) -> list[CompletionItem] | None:
-    """What the command `words[0]` completes, without its import, which takes longer than all else.
+    """Complete the command `words[0]` without its import, which takes longer than all else.
 
     None where only the command itself knows: of options, and of arguments behind them.
     """

@@ -176,7 +176,7 @@ class _Display:
     def down(
         self, alive: set[str], summaries: dict[str, VehicleSummary], failing: set[str], done: set[str]
     ) -> list[str]:
-        """Who is silent, or has run or failed and does not run; not who has not started yet, or has done its work."""
+        """Vehicles that are silent, or stopped after a start or a failure; without waiting and finished ones."""
         names = [vehicle.name for vehicle in self._config.vehicles if vehicle.name not in done]
         states = {name: self._state(key_chunk(name), alive, summaries) for name in names}
         once = {name for name in names if name in failing or key_chunk(name) in self._heard}
@@ -205,7 +205,7 @@ class _Display:
         self.print_event(f"STATUS  {'; '.join(words)}")
 
     def _state(self, name: str, alive: set[str], summaries: dict[str, VehicleSummary]) -> str:
-        """What keeps a vehicle (name as in keys) from running; "" if nothing."""
+        """Reason that keeps a vehicle (name as in keys) from running; "" if nothing."""
         if summaries.get(name, VehicleSummary()).age < OLD:
             self._heard.add(name)
         elif name in alive:

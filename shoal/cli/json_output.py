@@ -20,7 +20,7 @@ def print_json(value: object) -> None:
 
 
 def json_text(value: object) -> str:
-    """What print_json prints."""
+    """Text that print_json prints."""
     return json.dumps(_plain(value), indent=1, ensure_ascii=True)
 
 

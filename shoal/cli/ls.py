@@ -169,7 +169,7 @@ async def _print_changes(network: Network, duration: float | None, as_json: bool
 
 
 def system_to_dict(system: NetworkSystem) -> dict[str, object]:
-    """What is known of a vehicle; angles in rad, depth in m, battery in %, age in s."""
+    """State of a vehicle; angles in rad, depth in m, battery in %, age in s."""
     vehicle, state = system.latest_message(imc.VehicleState), system.latest_message(imc.EstimatedState)
     plan, fuel = system.latest_message(imc.PlanControlState), system.latest_message(imc.FuelLevel)
     lat, lon = absolute_position(state) if state is not None else (math.nan, math.nan)
@@ -213,7 +213,7 @@ def format_state(system: NetworkSystem) -> str:
 
 
 def conflict_texts(system: NetworkSystem) -> list[str]:
-    """What an operator must know: two vehicles of one name or id."""
+    """Conflicts for the operator: two vehicles of one name or id."""
     return [f"{system.conflict_text}; end all but one"] if system.conflict_text else []
 
 

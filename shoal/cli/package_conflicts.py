@@ -12,7 +12,7 @@ OWN = "shoal"
 
 
 def describe_conflict() -> str:
-    """What is wrong with the packages of the Shoal that runs, and the commands that repair it; "" if nothing.
+    """Describe conflicts of the packages of the running Shoal, and the commands that repair it; "" if nothing.
 
     It costs a millisecond, so it looks at file names and at Shoal's own list of files. Only if these are suspicious, it
     searches all that is installed. A module of a user within one of Shoal's packages is no conflict.
@@ -66,7 +66,7 @@ def _found_elsewhere(name: str, place: Path | None) -> str:
 
 
 def _abouts(folder: Path) -> dict[str, Path]:
-    """What is installed in a folder, by its name: where that is described."""
+    """Installed packages in a folder, by name: the folders of their metadata."""
     found = (re.fullmatch(r"([^-]+)(?:-.*)?\.(?:dist|egg)-info", entry) for entry in os.listdir(folder))
     return {each[1].lower(): folder / each[0] for each in found if each}
 

@@ -129,7 +129,7 @@ def load(vehicles: VehicleSelection, path: Path, connection: dict[str, Any], as_
 
 
 async def _check(there: AsyncRemoteVehicle, sections: list[FileSection]) -> list[PlannedChange] | str:
-    """What would change, or in words why nothing may be sent; a line for each reason is printed."""
+    """List the changes, or the reason why nothing may be sent; print a line for each reason."""
     try:
         return await check_parameters(there, sections)
     except UnfitParameters as error:

@@ -138,7 +138,7 @@ def record(
 
 
 def _silences(network: Network, recorder: NetworkRecorder, *, hears_all: bool) -> list[str]:
-    """Which vehicles are gone at the end, or silent though everything is recorded, and since when."""
+    """Vehicles that are gone at the end, or silent though everything is recorded, and since when."""
     recorded = [(name, network.systems.get(name)) for name in sorted(recorder.recordings)]
     return [
         f"{name} is silent since {format_clock_time(time.time() - system.age)} UTC: its log ends there"

@@ -179,7 +179,7 @@ def complete_parameter(context: click.Context, _: click.Parameter, incomplete: s
 def _complete_from_vehicle(
     context: click.Context, look: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, list[str]]]
 ) -> list[str]:
-    """What `look` finds with the vehicle that was written before."""
+    """Completions that `look` finds with the vehicle that was written before."""
     given = context.params.get("vehicle")
     names = getattr(given, "names", (given,))  # of several vehicles the first
     arguments = [*names, *context.args]  # behind an option without its value, click assigns none

@@ -16,7 +16,7 @@ LONGEST = 64
 
 
 class ReplayControls(Protocol):
-    """What the keys control."""
+    """Playback that the keys control."""
 
     @property
     def paused(self) -> bool: ...

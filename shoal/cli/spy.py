@@ -143,7 +143,7 @@ def _rates_hint(where: str) -> str:
 
 
 class SpyFilter:
-    """Which messages are wanted, and why none was."""
+    """Filter of the messages to show, and the reason why none was shown."""
 
     def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, labels: list[str]):
         self.vehicle, self._test, self._labels = vehicle, test, labels or [""]

@@ -145,7 +145,7 @@ def test(
 
 @dataclass
 class ScenarioRuns:
-    """What came of jobs so far, and its display. `options` are those of the command that repeats one,
+    """Results of jobs so far, and their display. `options` are those of the command that repeats one,
     `is_variant_set` if these choose the variant."""
 
     jobs: Sequence[Job]

@@ -39,7 +39,7 @@ class VehicleSelection(NamedTuple):
 
 @dataclass
 class VehicleResult(Generic[T]):
-    """What came of an action on one vehicle: `value`, or `error` in words."""
+    """Result of an action on one vehicle: `value`, or `error` as text."""
 
     name: str
     value: T | None = None

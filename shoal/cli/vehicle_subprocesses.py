@@ -13,7 +13,7 @@ POLL_PERIOD = 0.25  # s
 
 
 def resolve_process_option(process: str | None, others: list[str], over_zenoh: bool) -> str | None:
-    """Which process of the vehicle this is, "" the main one; None if all tasks run in one. Raises ClickException."""
+    """Name of this process of the vehicle, "" the main one; None if all tasks run in one. Raises ClickException."""
     if not over_zenoh:
         if process not in (None, MAIN):
             raise click.ClickException(f"--process {process} needs a zenoh bus and a clock that is not virtual")

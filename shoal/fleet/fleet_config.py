@@ -43,7 +43,7 @@ class FleetVehicle:
 
 @dataclass(frozen=True)
 class FleetConfig:
-    """What a fleet file says.
+    """Content of a fleet file.
 
     `zenoh` are the options of the process that all vehicles connect to, `stagger` is the time between two starts (s),
     `warnings` are those about the profiles of its vehicles.

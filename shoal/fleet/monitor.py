@@ -32,7 +32,7 @@ OPENING = 3000  # ms for the session to open
 
 @dataclass
 class VehicleSummary:
-    """What a vehicle has said last, as people read it. `age` is that of its state, in s."""
+    """Last reports of a vehicle, as text for people. `age` is that of its state, in s."""
 
     mode: str = ""
     plan: str = ""
@@ -97,14 +97,14 @@ class FleetMonitor:
             )
 
     def _find_running(self, names: Collection[str]) -> dict[str, str]:
-        """Which of these vehicles run, and where."""
+        """Running ones of these vehicles, and their places."""
         replies = self._session.liveliness().get("imc/*/@run/running/**", timeout=PATIENCE)
         keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
         found = {key.split("/")[1]: parse_token(key) for key in keys}
         return {name: other.place_and_start for name, other in found.items() if name in names and other is not None}
 
     def query_summaries(self) -> dict[str, VehicleSummary]:
-        """What each vehicle says now."""
+        """Query the present report of each vehicle."""
         found: dict[str, VehicleSummary] = {}
         now = time.time()
         asked = [self._session.get(f"imc/*/@q/{kind.__name__}", timeout=PATIENCE) for kind in ANSWERS]
@@ -120,7 +120,7 @@ class FleetMonitor:
         return found
 
     def new_errors(self) -> Iterator[tuple[str, str]]:
-        """What went wrong since the last call: vehicles (names as in keys), and what their log books say."""
+        """Errors since the last call: vehicles (names as in keys), and the entries of their log books."""
         while self._entries:
             vehicle, packet = self._entries.popleft()
             with contextlib.suppress(imc.DecodeError):
@@ -143,7 +143,7 @@ class FleetMonitor:
 
 
 def _own(options: dict[str, str]) -> dict[str, str]:
-    """What a session needs to reach the router on this computer."""
+    """Configuration of a session that reaches the router on this computer."""
     return {name: text for name, text in options.items() if name in ("Local Port", "User", "Password File")}
 
 

@@ -1,4 +1,4 @@
-"""Which fleets of this user run on this computer."""
+"""Registry of the fleets of this user that run on this computer."""
 
 import contextlib
 import os
@@ -14,7 +14,7 @@ PATIENCE = 30.0  # s for a fleet to end
 
 
 def registry_folder() -> Path:
-    """Where running fleets are noted; only this user can write there. Raises PermissionError if there is no such place.
+    """Folder of the running fleets; only this user can write there. Raises PermissionError if there is none.
 
     In the folder for temporary files anybody may have made one of that name before: it counts only without a home.
     """

@@ -46,7 +46,7 @@ class ManagedProcess:
 
     @property
     def failures(self) -> int:
-        """How often it has failed since it last worked."""
+        """Number of failures since it last worked."""
         return self._backoff.failures
 
     @property

@@ -1,4 +1,4 @@
-"""Which packets of a log are wanted: by time, message, system and entity."""
+"""Selection of packets of a log: by time, message, system and entity."""
 
 import math
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from runtime.logs import Array, LogSummary, find_message_ids
 
 @dataclass(frozen=True)
 class PacketSelection:
-    """What to copy: times in s since 1970 UTC, `end` not included; ids; None selects all."""
+    """Packets to copy: times in s since 1970 UTC, `end` not included; ids; None selects all."""
 
     start: float = -math.inf
     end: float = math.inf
@@ -61,7 +61,7 @@ class OwnerClock:
 
 
 def selection_mask(heads: Array, choice: PacketSelection, watch: OwnerClock) -> Array:
-    """Which packets are selected, by their headers; blocks must come in the order of the log."""
+    """Mask of the selected packets, by their headers; blocks must come in the order of the log."""
     times = watch.times(heads)
     found = np.ones(len(heads), bool)
     if choice.start > -math.inf:

@@ -19,7 +19,7 @@ LOOKS = {"UUV": ("lauv/lauv-seacon0", "lauv/lauv-xtreme-2.x3d"), "UAV": ("culari
 
 
 class ManeuverFormat(NamedTuple):
-    """How Neptus describes a maneuver: its type there, the elements of its place and speed, and the others.
+    """Description of a maneuver in Neptus: its type there, the elements of its place and speed, and the others.
 
     `implementation` is its class there, if that is not called like the type.
     """

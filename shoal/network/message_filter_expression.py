@@ -1,4 +1,4 @@
-"""Which messages somebody wants to see: depth > 2 m, EstimatedState.depth > 2 and not u < 1 kn, state == EXECUTING.
+"""Filters of messages to show: depth > 2 m, EstimatedState.depth > 2 and not u < 1 kn, state == EXECUTING.
 
 A word is a field, with or without the name of its message; a field of a message inside is `arg.plan_id`. The fields
 of the header are src, src_ent, dst, dst_ent and timestamp. Everything else is the grammar of conditions: units,

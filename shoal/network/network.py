@@ -40,7 +40,7 @@ COMPANY = 0.15  # s in which a second vehicle of the same name answers our first
 LONGEST = 8.0  # s for a system to say its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
-"""What is asked of a system that we talk to, so that its silence is noticed."""
+"""Request to a connected system, so that its silence is noticed."""
 
 
 class Network:

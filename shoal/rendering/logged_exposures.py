@@ -1,4 +1,4 @@
-"""Which pictures cameras take in a logged run, and from where: cameras run on the logged states, and render none."""
+"""Times and poses of the pictures of a logged run: cameras run on the logged states, without rendering."""
 
 import math
 import tempfile

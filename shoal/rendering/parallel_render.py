@@ -61,7 +61,7 @@ class LogRenderer:
 
 
 class RenderSummary(NamedTuple):
-    """How many pictures there are of each camera, and what is to be noted of them."""
+    """Number of pictures of each camera, and notes on them."""
 
     pictures: dict[str, int]
     notes: list[str]

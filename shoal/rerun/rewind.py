@@ -35,7 +35,7 @@ from support.diagnostics import ProfileError
 from tasks.transports.logging import Logging
 
 _INCLUDES = re.compile(rb"^[ \t\v\f\r]*\[[ \t\v\f\r]*(Include|Require)\s", re.MULTILINE)
-"""What a configuration that was saved never has: it would read files of this machine."""
+"""Options that a saved configuration never has: they would read files of this machine."""
 
 
 def resume_snapshot(

@@ -23,7 +23,7 @@ EndAction = Callable[[], object]
 
 @dataclass(frozen=True)
 class Action(ABC):
-    """What an event does to the vehicle of this name. `begin` may return the function that ends it."""
+    """Effect of an event on the vehicle of this name. `begin` may return the function that ends it."""
 
     vehicle: str
 

@@ -253,7 +253,7 @@ class _ScenarioRun:
         return root / first.relative_to(root.absolute())
 
     def result(self, *, keep_logs: bool) -> ScenarioResult:
-        """What the run has shown, after it was closed."""
+        """Result of the run, after it was closed."""
         warnings = [*self._scenario.warnings, *(self._context.warnings if self._context is not None else ())]
         if not self.error:
             warnings += vacuous_warnings(self._verdicts)
@@ -310,7 +310,7 @@ def _hash(folders: Sequence[Path]) -> str:
 
 
 def _ignore_damage(at: int, size: int, reason: str) -> None:
-    """What is damaged in a log that was just written is not part of its data."""
+    """Ignore damage in a log that was just written, which is not part of its data."""
 
 
 def _fingerprint(result: ScenarioResult, final: object) -> str:

@@ -32,7 +32,7 @@ HEADER = ("src", "src_ent", "dst", "dst_ent")
 
 
 class VehicleInfo(NamedTuple):
-    """What is known of a vehicle when events are read: its messages, the sections of its tasks, and its plan."""
+    """Description of a vehicle for the reader of events: its messages, the sections of its tasks, and its plan."""
 
     schema: imc.Schema
     sections: Collection[str]
@@ -129,7 +129,7 @@ Parts = dict[str, Node]
 
 
 class _Kind(NamedTuple):
-    """How to read an event of a kind, and what else it may say."""
+    """Reader of an event of a kind, and its further keys."""
 
     read: Callable[[Parts, str, VehicleInfo], Action]
     more: tuple[str, ...] = ()

@@ -42,7 +42,7 @@ class EventTiming:
 
 
 class _TimingInRun:
-    """How often something has happened in one run."""
+    """Count of an occurrence in one run."""
 
     def __init__(self, timing: EventTiming, context: RunContext, happen: Callable[[], object]):
         self._timing = timing

@@ -138,7 +138,7 @@ def _metric_limit(node: Node, name: str, parts: Mapping[str, Node], units: Mappi
 
 
 def _then(node: Node, kind: str, scope: ExpressionScope) -> tuple[ScenarioCondition | None, bool]:
-    """What must hold until a condition does, or after it; and whether it must hold all the time."""
+    """Expression that must hold until a condition does, or after it; and whether it must hold all the time."""
     parts = node.mapping()
     if kind == "until":
         if "holds" not in parts:

@@ -16,12 +16,12 @@ from shoal.scenarios.scenario_condition import ScenarioCondition, depends_on_tim
 METRIC_BOUNDS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
     {"at most": operator.le, "below": operator.lt, "at least": operator.ge, "above": operator.gt}
 )
-"""How a metric is limited."""
+"""Limits of a metric."""
 
 
 @dataclass(frozen=True, eq=False)
 class Expectation:
-    """What is expected: `kind` is always, never, eventually, until, after, finally, outcome or metric.
+    """Expectation of a run: `kind` is always, never, eventually, until, after, finally, outcome or metric.
 
     `condition` is judged from `begin` to `end` (s), while `meanwhile` holds. `then` is what has to hold until the
     condition does, or what must follow it: at all, or always if `steady`, `within` so many seconds. `wanted` is the
@@ -53,7 +53,7 @@ class Expectation:
         return ExpectationVerdict(self.name, passed, shown, reason, value == value, time, self.origin)
 
     def make_monitor(self, context: RunContext) -> "ExpectationMonitor":
-        """What follows one run and judges it. Raises ValueError if a vehicle lacks an entity that is named."""
+        """Make the monitor that judges one run. Raises ValueError if a vehicle lacks an entity that is named."""
         kinds = {
             "eventually": EventuallyMonitor,
             "until": UntilMonitor,
@@ -269,7 +269,7 @@ class FinallyMonitor(ExpectationMonitor):
     """The condition holds at the end."""
 
     def update_margin(self, now: float) -> None:
-        """What was before the end does not count."""
+        """Ignore values from before the end."""
 
     def verdict(self) -> ExpectationVerdict:
         margin = self.test(self.latest, math.nan)

@@ -12,7 +12,7 @@ from support.terminal_text import with_suggestion
 
 INCLUDE, VARIANT, VARIANTS = "include", "variant", "variants"
 OWN = ("scenario", "description", INCLUDE)
-"""What a file does not take over from those that it includes."""
+"""Keys that a file does not take over from those that it includes."""
 
 LISTS = ("events", "expect", "links")
 """Lists whose items are added to those before; one with the same name replaces."""
@@ -87,7 +87,7 @@ def _read_included(name: Node, file: Path, above: tuple[Path, ...]) -> Node:
 
 
 def merge_trees(base: Node, over: Node) -> Node:
-    """What `over` says on top of `base`: mappings are merged, lists of `LISTS` added, everything else is replaced.
+    """Merge `over` into `base`: mappings are merged, lists of `LISTS` added, everything else is replaced.
 
     null takes something away.
     """

@@ -39,7 +39,7 @@ class LinkModel:
 
     @property
     def metric_names(self) -> dict[str, str]:
-        """What is counted, by the name of the metric."""
+        """Counters, by the name of the metric."""
         return {f"{self.name}: {what}": what for what in COUNTS}
 
     def open_channel(self, context: RunContext) -> "LinkChannel":

@@ -114,7 +114,7 @@ class MessageMonitor:
         return found
 
     def _state(self, selector: Selector, on_message: OnMessage) -> object:
-        """What is in the slot of a selector from the start."""
+        """Initial state in the slot of a selector."""
         if isinstance(selector, BottomSelector):
             return self._bottom(selector.vehicle)
         if isinstance(selector, CaptureSelector):
@@ -189,7 +189,7 @@ class MessageMonitor:
 
 
 def missing_text(groups: Sequence[Sequence[Selector]], slots: Sequence[MessageSlots]) -> str:
-    """Which messages never arrived and which values were never captured, for people; empty if nothing is missing."""
+    """Messages that never arrived and values that were never captured, for people; empty if nothing is missing."""
     absent, uncaptured = dict[str, None](), dict[str, None]()
     for group, latest in zip(groups, slots, strict=True):
         for selector, found in zip(group, latest, strict=True):

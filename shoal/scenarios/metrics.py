@@ -35,7 +35,7 @@ class Metric:
         return "s" if self.kind.startswith("time") else self.expression.unit
 
     def make_recorder(self, context: RunContext) -> "MetricRecorder":
-        """What measures it in one run. Raises ValueError if a vehicle lacks an entity that is named."""
+        """Make the recorder of one run. Raises ValueError if a vehicle lacks an entity that is named."""
         return MetricRecorder(self, context)
 
 
@@ -88,7 +88,7 @@ class MetricRecorder:
         return metric.meanwhile is None or metric.meanwhile.holds(self._latest[1])
 
     def _keepers(self) -> dict[str, Callable[[float], object]]:
-        """What to do with each value after the first one; by default it is kept."""
+        """Functions for each value after the first one; by default the value is kept."""
         samples = self._samples
 
         def larger(value: float) -> None:

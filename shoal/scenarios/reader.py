@@ -100,7 +100,7 @@ class ScenarioReader:
         return read_seconds(self._nodes[key]) if key in self._nodes else default
 
     def _scope(self, node: Node | None = None) -> ExpressionScope:
-        """Whose messages a text means: those of the vehicle that `node` names, or of the only one."""
+        """Vehicle whose messages a text means: the one that `node` names, or the only one."""
         if node is not None:
             return replace(self._scope(), vehicle=read_choice(node, self._schemas, "vehicle"))
         only = next(iter(self._schemas)) if len(self._schemas) == 1 else ""

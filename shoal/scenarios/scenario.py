@@ -52,7 +52,7 @@ class VehicleSpec:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What `run` runs, as often as wanted. Times are in s; `limit` is simulated time, `settle` that after the plans."""
+    """Scenario for any number of runs. Times are in s; `limit` is simulated time, `settle` that after the plans."""
 
     name: str
     path: Path

@@ -91,7 +91,7 @@ class ScenarioDocument:
         return None
 
     def dependencies(self, values: Mapping[str, object] | None = None) -> ScenarioDependencies:
-        """What the scenario with these values is made of, besides the file itself. Raises as `scenario` does."""
+        """Files of the scenario with these values, besides the file itself. Raises as `scenario` does."""
         found = ScenarioDependencies(frozenset(map(normalized_absolute_path, self.included_files)))
         for spec in self.scenario(values).vehicles:
             overrides = [setting.override_text for setting in spec.settings]
@@ -177,7 +177,7 @@ def _put(node: Node, steps: Sequence[str], value: object) -> Node:
 
 
 def _new(node: Node, steps: Sequence[str], value: object) -> dict[str, Node]:
-    """What is missing below a mapping; of the parameters of a vehicle, all but the last word is the section."""
+    """Keys that are missing below a mapping; of the parameters of a vehicle, all but the last word is the section."""
     if len(steps) == 1:
         return {steps[0]: _node(node, value)}
     if steps[0] != "parameters" and "." in steps[0]:

@@ -27,7 +27,7 @@ def read_mapping(node: Node, *allowed: str, what: str = "key") -> dict[str, Node
 
 
 def convert_node_value(node: Node, read: Callable[[Any], T]) -> T:
-    """What a function makes of the value; its ValueError gets the place in the file."""
+    """Convert the value by a function; its ValueError gets the place in the file."""
     value = node.value()
     try:
         return read(value)

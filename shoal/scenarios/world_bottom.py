@@ -16,7 +16,7 @@ class WorldBottom:
         self._north = self._east = math.nan
 
     def distance_below(self, state: Any) -> float:
-        """How far it is below a vehicle (m)."""
+        """Distance of the bottom below a vehicle (m)."""
         if (state.lat, state.lon) != self._reference:
             self._reference = state.lat, state.lon
             self._north, self._east = offset(*self._seabed.reference, state.lat, state.lon)
@@ -24,7 +24,7 @@ class WorldBottom:
 
 
 def altitude(state: Any, bottom: WorldBottom) -> float:
-    """How far the bottom is below a vehicle (m); NaN if its position is no number."""
+    """Distance of the bottom below a vehicle (m); NaN if its position is no number."""
     try:
         return bottom.distance_below(state)
     except (ValueError, OverflowError):

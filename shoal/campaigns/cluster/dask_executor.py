@@ -248,7 +248,7 @@ class DaskExecutor:
                 self._workers[at] = _DaskWorker(name, max(1, int(new[at]["nthreads"])))
 
     def _call_on_workers(self, workers: dict[str, Any], function: Any, *given: object) -> dict[str, Any]:
-        """What a function gives on each of these workers, called there; refuse those on which it fails."""
+        """Call a function on each of these workers and return the results; reject workers on which it fails."""
         asked = [at for at in workers if at not in self._refused]
         if not asked:
             return {}

@@ -24,7 +24,7 @@ GRACE = 5.0  # s
 
 
 def describe_worker(dask_worker: Any) -> tuple[str, str, str]:
-    """What the worker is called, what it computes with, and how."""
+    """Name of the worker, its packages, and its arithmetic."""
     return f"{dask_worker.name} on {platform.node()}", software_versions(), compute_float_fingerprint()
 
 

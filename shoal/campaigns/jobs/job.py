@@ -30,7 +30,7 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What the scenario is called if its file cannot be read: the file's name without ending, and the variant."""
+        """Name of a scenario whose file cannot be read: the file's name without ending, and the variant."""
         return self.path.name.removesuffix(SCENARIO_SUFFIX) + (f"-{self.variant}" if self.variant else "")
 
     @property

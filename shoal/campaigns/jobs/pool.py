@@ -96,7 +96,7 @@ class ProcessPool:
         return any(worker.job is not None for worker in self._workers)
 
     def _wait_for_results(self) -> Iterator[tuple[Job, ScenarioResult]]:
-        """What comes next: results, deaths, or limits that are reached."""
+        """Wait for the next results, ends of processes, or limits that are reached."""
         pipes = {worker.pipe: worker for worker in self._workers}
         left = min(worker.seconds_left for worker in self._workers)
         heard = wait(list(pipes), left if left < float("inf") else None)
@@ -138,7 +138,7 @@ class ProcessPool:
 
 
 def usable_cpus() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -39,7 +39,7 @@ class ScenarioRunner:
         return load_document(path)
 
     def error_hint(self, path: Path) -> str:
-        """What may be meant by a file that is wrong; empty if nothing is known."""
+        """Suggestion for a file that is wrong; empty without one."""
         with contextlib.suppress(ScenarioFileError, OSError):
             if not path.is_file():
                 return ""

@@ -80,7 +80,7 @@ class WorkerProcess:
         return None
 
     def hang_location(self) -> str:
-        """Where it hangs, as far as is known."""
+        """Place in the code where it hangs, as far as is known."""
         try:
             return _innermost_line((self._folder / HANG_FILE).read_text(errors="replace"))
         except OSError:
@@ -123,7 +123,7 @@ def _without_interrupts() -> Generator[None]:
 def _process_main(
     pipe: Connection, make_runner: Callable[[], RunJob], code: Sequence[Path], folder: Path, wall_limit: float
 ) -> None:
-    """What the process does, until there is nobody who asks."""
+    """Serve jobs until the parent process is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     tempfile.tempdir = str(folder)
     threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()

@@ -80,7 +80,7 @@ def campaign_html(data: CampaignResults, beside: Path) -> str:
 def _of_samples(
     data: CampaignResults, rows: Sequence[ResultRow], inputs: Columns, outputs: Columns, passed: Any
 ) -> list[str]:
-    """What runs show that are a sample of all that may happen."""
+    """Results of runs that are a sample of all that may happen."""
     units, rate = data.metadata["units"], data.pass_rate
     correlations = rank_correlations(inputs, outputs)
     indices = sobol_indices(data, rows, dict(list(outputs.items())[:MOST_INDICES]))
@@ -106,7 +106,7 @@ def _of_search(
     outputs: Columns,
     passed: Any,
 ) -> list[str]:
-    """What the runs of a search show: no pass rate, since they are where it looked."""
+    """Results of the runs of a search: without a pass rate, since the search chose them."""
     goal, units = shown.objective, data.metadata["units"]
     words = (
         (row, title, "<br>".join(map(escape_text, describe_run(shown, row, units)))) for title, row in _kept(shown)

@@ -38,7 +38,7 @@ _STYLE = {
 
 
 def histogram_plots(columns: Columns, passed: Any, units: Mapping[str, str]) -> str:
-    """How each column is distributed, passed and failed runs apart."""
+    """Distribution of each column, passed and failed runs apart."""
 
     def draw(axes: Any, name: str) -> None:
         column = columns[name]

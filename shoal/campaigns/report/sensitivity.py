@@ -32,7 +32,7 @@ class SobolIndex:
 
 
 def input_arrays(rows: Sequence[ResultRow]) -> Columns:
-    """What was drawn, if it is a number that varies."""
+    """Drawn values that are numbers and vary."""
     return _varying(rows, ("values.",))
 
 

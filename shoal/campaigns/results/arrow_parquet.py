@@ -48,7 +48,7 @@ def _array(pa: Any, name: str, values: list[Any]) -> Any:
 
 
 def _values(pa: Any, values: list[Any]) -> Any:
-    """What was drawn: truths, integers, numbers, or texts if it is mixed."""
+    """Drawn values: truths, integers, numbers, or texts if it is mixed."""
     given = [value for value in values if value is not None]
     if given and all(isinstance(value, bool) for value in given):
         return pa.array(values, pa.bool_())

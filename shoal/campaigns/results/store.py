@@ -59,7 +59,7 @@ class CampaignResults:
 
     @property
     def progress_text(self) -> str:
-        """How many runs are done, of a campaign that is not over; empty if it is."""
+        """Number of finished runs, of an unfinished campaign; empty for a finished one."""
         if self.end is not None:
             return ""
         done = len([row for row in self.rows.values() if is_finished(row)])
@@ -170,7 +170,7 @@ class ResultsWriter:
 
 
 def study_metadata(study: Study) -> dict[str, Any]:
-    """What the first line of a journal says, and the metadata of the Parquet file.
+    """Content of the first line of a journal, and of the metadata of the Parquet file.
 
     `runs` are those that all draws depend on, if they do; `most` is how many there are to be, or fewer if it has an
     `until`; `code` are folders with the user's modules.

@@ -1,4 +1,4 @@
-"""Which value each run has: drawn from the seed of the study, the name of the value and the number of the run."""
+"""Values of each run: drawn from the seed of the study, the name of the value and the number of the run."""
 
 import hashlib
 import math
@@ -58,7 +58,7 @@ class SamplingDesign:
 
     @property
     def grid_size(self) -> int:
-        """How many combinations the gridded values have."""
+        """Number of combinations of the gridded values."""
         return math.prod(len(self.distributions[name].levels) for name in self.grid_names)
 
     @property

@@ -26,7 +26,7 @@ class StudyFileError(LocatedError):
 
 @dataclass(frozen=True)
 class Distribution:
-    """What a value may be.
+    """Distribution of a value.
 
     `levels` are all its values if these are few, else empty; one with `is_grid` takes each of them in turn, whatever
     the sampling. Values are numbers in `unit` as written in the file, or texts. `text` is as written.

@@ -13,7 +13,7 @@ from support.located_yaml import Node, parse_yaml_tree, read_text
 
 
 class EditableScenario(Protocol):
-    """What a study needs of a draft."""
+    """Interface that a study needs of a draft."""
 
     @property
     def digest(self) -> str: ...

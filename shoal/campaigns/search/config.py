@@ -32,12 +32,12 @@ class SearchConfig:
     max_shrink_runs: int = SHRINK
 
     def to_dict(self) -> dict[str, Any]:
-        """What a data set says of it."""
+        """Entry of the search in a data set."""
         return {**self.objective.to_dict(), "axes": {place: axis.to_dict() for place, axis in self.axes.items()}}
 
     @property
     def digest_parts(self) -> list[object]:
-        """What its runs depend on."""
+        """Inputs that its runs depend on."""
         return [*self.objective.to_dict().values(), self.seed, self.batch_size, self.max_shrink_runs]
 
     @property

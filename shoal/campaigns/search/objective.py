@@ -53,7 +53,7 @@ class SearchObjective:
         return self.seeks_failure and self.value(row) <= 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """What a data set says of it."""
+        """Entry of the objective in a data set."""
         words = {"goal": self.text, "column": self.column}
         return {**words, "largest": self.is_maximized, "only passed": self.only_passed}
 

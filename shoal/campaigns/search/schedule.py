@@ -14,7 +14,7 @@ PART, AS_IT_IS, TRIAL, SMALLER = "part", "as it is", "trial", "smaller"
 
 
 class SearchSchedule:
-    """What a search runs: the scenario as it is, trials, and changes that are made smaller.
+    """Runs of a search: the scenario as it is, trials, and changes that are made smaller.
 
     `rows` are those of the runs that are done, by number, and may grow; `total_runs` is the number of all runs once
     it is known. If the scenario fails as it is, there is nothing to look for.
@@ -31,11 +31,11 @@ class SearchSchedule:
         """Nothing follows from a run alone; see `batches`."""
 
     def raw_values(self, run: int) -> ValueChanges:
-        """What a run changes, without units."""
+        """Values that a run changes, without units."""
         return self._raw_values[run]
 
     def extra_columns(self, run: int) -> dict[str, Any]:
-        """What its row says besides."""
+        """Further columns of its row."""
         return {PART: self._parts[run]}
 
     def batches(self) -> Generator[list[int]]:

@@ -29,13 +29,13 @@ class SearchFindings:
 
     @property
     def row_to_keep(self) -> ResultRow | None:
-        """What is worth keeping: the smallest change that fails, or a trial better than the scenario as it is."""
+        """Row to keep: the smallest change that fails, or a trial better than the scenario as it is."""
         if self.objective.seeks_failure:
             return self.smallest_failure
         return self.best if self.best is not self.baseline else None
 
     def changed_values_of_run(self, row: ResultRow) -> ValueChanges:
-        """What a run changes, without units."""
+        """Values that a run changes, without units."""
         return changed_values(row, self.axes)
 
     def default_scenario_value(self, place: str) -> object:
@@ -44,7 +44,7 @@ class SearchFindings:
 
 
 def summarize_search(about: Mapping[str, Any], rows: Sequence[ResultRow]) -> SearchFindings:
-    """What the rows of a search have shown, in order of run; `about` is what the data set says of the search."""
+    """Summarize the rows of a search, in order of run; `about` is the entry of the search in the data set."""
     goal, axes = objective_from_dict(about), about["axes"]
     best: ResultRow | None = None
     value, course = math.nan, list[float]()

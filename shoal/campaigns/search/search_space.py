@@ -18,7 +18,7 @@ ValueChanges = dict[str, Scalar]
 
 @dataclass(frozen=True)
 class SearchAxis:
-    """What a value may be: `levels`, in rising order if `is_ordered`, and also between them if `is_continuous`.
+    """Range of a value: `levels`, in rising order if `is_ordered`, and also between them if `is_continuous`.
 
     `default` is the value of the scenario in the same unit, None if it has none.
     """
@@ -42,7 +42,7 @@ class SearchAxis:
         return float(self.default)
 
     def position_of(self, value: Scalar) -> float | int | None:
-        """Where a value is: from 0 to 1 if there is an order, else its number; None if it is not on the axis."""
+        """Position of a value: from 0 to 1 if there is an order, else its number; None if it is not on the axis."""
         if not self.is_ordered:
             return self.levels.index(value) if value in self.levels else None
         if isinstance(value, str) or not float(self.levels[0]) <= float(value) <= float(self.levels[-1]):
@@ -54,7 +54,7 @@ class SearchAxis:
         return self.levels[round(share * (len(self.levels) - 1)) if self.is_ordered else int(share)]
 
     def to_dict(self) -> dict[str, Any]:
-        """What a data set says of it."""
+        """Entry of the axis in a data set."""
         return {"default": self.default, "span": self.span if self.is_ordered else None}
 
 
@@ -93,7 +93,7 @@ def _rounded(value: float, step: float) -> float:
 
 
 def change_size(values: Mapping[str, Scalar], axes: Mapping[str, Mapping[str, Any]]) -> tuple[int, float]:
-    """How large a change of the scenario is: how many values are others, and how far they have gone along their axes.
+    """Size of a change of the scenario: the number of changed values, and their distance along their axes.
 
     `axes` is as `SearchAxis.to_dict` returns, by place.
     """

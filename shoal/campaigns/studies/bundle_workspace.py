@@ -46,7 +46,7 @@ class Workspace:
         os.chdir(rebase_path(self.root, self.folder))
 
     def local_path(self, path: Path) -> Path:
-        """Where a file is here; a relative path stays one."""
+        """Path of a file on this computer; a relative path stays one."""
         return rebase_path(self.root, str(normalized_absolute_path(path))) if path.is_absolute() else path
 
     def with_original_paths(self, result: R) -> R:

@@ -41,7 +41,7 @@ _SEED_PER_BLOCK = "one seed per block"  # no run of a data set from before is th
 
 @dataclass(frozen=True)
 class Study:
-    """What is to be run: the scenario in `scenario_path` with the values of `design`, and with those in `fixed`.
+    """Plan of a campaign: the scenario in `scenario_path` with the values of `design`, and with those in `fixed`.
 
     `digest` is the same for studies of which each run is the same: it covers the scenario with its files, what varies
     and how, the seed, and the user's tasks; not the number of runs where no run depends on it. `bundle` has the
@@ -65,11 +65,11 @@ class Study:
         return self.design.seed
 
     def scenario_values(self, run: int) -> dict[str, object]:
-        """What a run sets in the scenario, by path."""
+        """Values that a run sets in the scenario, by path."""
         return self.with_units(self.design.raw_values(run))
 
     def with_units(self, numbers: Mapping[str, Scalar]) -> dict[str, object]:
-        """What a run sets in the scenario, by path, from what varies without its units."""
+        """Values that a run sets in the scenario, by path, from the varying ones without their units."""
         return {
             **self.fixed,
             **{name: self.design.distributions[name].append_unit(found) for name, found in numbers.items()},
@@ -172,7 +172,7 @@ class _Reader:
         return varied
 
     def _lines(self) -> dict[str, Node]:
-        """Where the distributions are, by the place of their value."""
+        """Lines of the distributions, by the place of their value."""
         return self._inside | (self._nodes["vary"].mapping() if "vary" in self._nodes else {})
 
     def _check_place(
@@ -195,7 +195,7 @@ class _Reader:
             node.fail(missing or f"{known}: {error}")
 
     def _missing_list(self, place: str) -> str:
-        """What to do if a place is an item of a list that only the profile has; empty if it is not."""
+        """Advice if a place is an item of a list that only the profile has; empty if it is not."""
         whole, _, item = place.rpartition("/")
         is_there = any(known.startswith(f"{whole}/") for known in self._places)
         value = self._draft.current_value(whole) if item.isdecimal() and not is_there else None

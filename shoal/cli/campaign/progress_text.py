@@ -11,7 +11,7 @@ from support.terminal_text import printable
 
 
 def progress_line(data: CampaignResults, *, is_short: bool = False) -> str:
-    """What is known by now, in a line."""
+    """Progress and results so far, in a line."""
     if (shown := compute_findings(data)) is not None:
         best = shown.best_so_far[-1] if shown.best_so_far else math.nan
         done = format_noun_count(len(data.rows), "run")

@@ -55,7 +55,7 @@ LogWriter: TypeAlias = Callable[[LogSource, Path, ReportProgress], int]
 """Writes what is selected to a path, reports the bytes read, and returns how many messages or rows it wrote."""
 
 NOUNS = {"mcap": "message", "coco": "picture"}
-"""What a format has, if not rows."""
+"""Content of a format that has no rows."""
 
 MOST_LINES = 20
 MOST_NAMES = 5

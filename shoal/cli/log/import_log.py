@@ -53,7 +53,7 @@ def _begins(file: Path, magic: bytes) -> bool:
 
 
 def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], tuple[list[str], bool]]:
-    """What imports a file: by how it begins or, if its beginning is damaged, by its name; a .tlog begins anyhow."""
+    """Importer of a file: by its first bytes or, if its beginning is damaged, by its name; a .tlog begins anyhow."""
     if not file.stat().st_size:
         raise ValueError(f"{file}: the file is empty")
     if _begins(file, MCAP_MAGIC):

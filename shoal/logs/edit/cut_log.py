@@ -13,7 +13,7 @@ from shoal.logs.selection import OwnerClock, PacketSelection, selection_mask
 
 @dataclass
 class CutReport:
-    """What was written: selected packets, other packets of KEPT; and the damage, which was skipped."""
+    """Written content: selected packets, other packets of KEPT; and the damage, which was skipped."""
 
     chosen: int = 0
     kept: int = 0

@@ -19,7 +19,7 @@ class NothingToImport(ValueError):
 
 
 CONVERSION_ERRORS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, struct.error, imc.EncodeError)
-"""What damaged contents, or those of a program that calls its fields otherwise, lead to."""
+"""Errors of damaged contents, and of programs with other names of fields."""
 
 
 class SkippedRecords:
@@ -39,7 +39,7 @@ class SkippedRecords:
         return self._counts.total()
 
     def texts(self, path: Path) -> list[str]:
-        """What a person should know of it."""
+        """Notes for people."""
         return [
             f"{path}: {many} of its {kind} skipped: not as expected, the first at {self._first[kind]:.3f} s"
             for kind, many in self._counts.items()
@@ -48,7 +48,7 @@ class SkippedRecords:
 
 @dataclass
 class ImportReport:
-    """What was imported: records in the file, bytes outside of them, IMC messages written, by system.
+    """Imported content: records in the file, bytes outside of them, IMC messages written, by system.
 
     first_lost: the place of the first byte outside of records, -1 for none. skipped: records whose contents could not
     be translated. notes: what a person should know of it.

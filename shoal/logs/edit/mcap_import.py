@@ -78,7 +78,7 @@ def import_mcap(path: Path, folder: Path) -> list[str]:
 
 
 def expected_packets(path: Path) -> int:
-    """How many packets a file says that it has; 0 if its end, which says so, is missing. Raises OSError."""
+    """Number of packets by the summary at the end of a file; 0 if the end is missing. Raises OSError."""
     with _BoundedFile(io.FileIO(path)) as file, _noting([], "its end"):
         summary = _reader(file).get_summary()
         if summary is not None and summary.statistics is not None:

@@ -23,7 +23,7 @@ class MergeConflict(ValueError):
 
 @dataclass
 class MergeReport:
-    """What was written: packets; copies, skipped because another log has them too; damage; warnings.
+    """Written content: packets; copies, skipped because another log has them too; damage; warnings.
 
     read: bytes of the packets in each log.
     """

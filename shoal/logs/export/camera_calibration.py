@@ -94,12 +94,12 @@ def has_intrinsics(camera: LoggedCamera | None) -> bool:
 
 
 def _extras(camera: LoggedCamera) -> dict[str, Any]:
-    """What readers pass over: how far a fitted lens is off (px), and that a shutter rolls (s)."""
+    """Values that readers ignore: the error of a fitted lens (px), and the readout time of a rolling shutter (s)."""
     return {name: camera.model[name] for name in ("fit_rms_px", *SHUTTER) if name in camera.model}
 
 
 def euroc_sensor(camera: LoggedCamera) -> dict[str, Any]:
-    """What EuRoC's sensor.yaml says of a camera; without a model if Kalibr lacks it."""
+    """Entry of a camera in EuRoC's sensor.yaml; without a model if Kalibr lacks it."""
     model = camera.model
     found: dict[str, Any] = {"T_BS": euroc_matrix(camera.pose)}
     if "intrinsics" not in model:

@@ -93,7 +93,7 @@ class SystemDetections:
     def project_into_photo(
         self, time: float, model: CameraModel, camera: LoggedCamera
     ) -> Iterator[tuple[DetectionPoint, Array, float]]:
-        """What is published first of each thing after a picture that shows it, its pixel, and its size (px)."""
+        """First detection of each object after a picture that shows it, its pixel, and its size (px)."""
         state = self._at(time)
         if state is None:
             return

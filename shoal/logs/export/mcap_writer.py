@@ -22,7 +22,7 @@ MESSAGE: tuple[tuple[str, str], ...] = (
     ("log_time", "q"),
     ("publish_time", "q"),
 )
-"""What comes before the data of a message; `length` counts the bytes after itself."""
+"""Header before the data of a message; `length` counts the bytes after itself."""
 MESSAGE_HEAD = struct.Struct("<" + "".join(code for _, code in MESSAGE))
 MESSAGE_LENGTH = MESSAGE_HEAD.size - 9  # without the data
 LEVEL = 1

@@ -80,7 +80,7 @@ KINDS = {
     "fp32_t": np.float32,
     "fp64_t": np.float64,
 }
-"""How numbers are stored: wider if readers would take a valid value, such as 65535, as missing."""
+"""Types of stored numbers: wider if readers would take a valid value, such as 65535, as missing."""
 
 # netCDF4 has no type hints.
 _nc: Any = import_module("netCDF4")

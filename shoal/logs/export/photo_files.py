@@ -42,7 +42,7 @@ def find_photos(folder: Path, start: float) -> Iterator[Photo]:
 
 
 def export_suffix(path: Path) -> str:
-    """What the name of an exported picture ends with."""
+    """Suffix of the name of an exported picture."""
     ending = path.suffix.lower()
     return ".png" if ending == QOI else ending
 

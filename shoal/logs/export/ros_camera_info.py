@@ -105,5 +105,5 @@ def _header(time: int, frame: str) -> bytes:
 
 
 def _aligned(body: bytes, size: int) -> bytes:
-    """What has to follow so that the next value begins at a multiple of its size."""
+    """Padding, so that the next value begins at a multiple of its size."""
     return bytes(-len(body) % size)

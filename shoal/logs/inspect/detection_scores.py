@@ -37,7 +37,7 @@ LONGEST = 30 * 86400.0  # s of a run
 
 
 class DetectionScore(NamedTuple):
-    """What an entity detected, and the numbers of the gliders that its score has, in their order."""
+    """Detections of an entity, and the numbers of the gliders that its score has, in their order."""
 
     label: str
     gliders: tuple[int, ...]

@@ -37,7 +37,7 @@ class TypeDifference:
 
 @dataclass
 class FieldDifference:
-    """How a field differs in pairs of messages: how often; for numbers the mean and greatest absolute difference."""
+    """Difference of a field in pairs of messages: its count; for numbers the mean and greatest absolute difference."""
 
     count: int = 0
     total: float = 0.0
@@ -52,7 +52,7 @@ class FieldDifference:
 
 @dataclass
 class LogDifference:
-    """How two logs differ. `by_time`: messages were paired by time, else by order."""
+    """Difference of two logs. `by_time`: messages were paired by time, else by order."""
 
     packets: tuple[int, int]
     names: SystemNames

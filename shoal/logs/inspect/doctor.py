@@ -23,7 +23,7 @@ DUNE_ONLY = {719: "ManeuverDone", 720: "StationKeepingExtended"}
 
 @dataclass
 class Examination:
-    """What was found; `summary` is None if there is nothing to read."""
+    """Findings in a log; `summary` is None if there is nothing to read."""
 
     log: imc.Log
     findings: list[Finding]

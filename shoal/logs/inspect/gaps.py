@@ -23,7 +23,7 @@ class Gap(NamedTuple):
 
 @dataclass
 class MessageInterval:
-    """How regularly one entity sends one message."""
+    """Interval at which one entity sends one message."""
 
     last: float = np.nan
     histogram: Array = field(default_factory=lambda: np.zeros(BINS, np.int64))

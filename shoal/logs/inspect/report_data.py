@@ -190,7 +190,7 @@ def _motion(rows: list[tuple[float, ...]], summary: LogSummary) -> tuple[Vehicle
 
 
 def _detections(messages: list[Any], motion: VehicleMotion, summary: LogSummary) -> GliderDetections:
-    """Where MUGs were detected: the vehicle's position at that time plus the offset."""
+    """Places of detected MUGs: the vehicle's position at that time plus the offset."""
     if len(motion.time) == 0:
         return GliderDetections(*(np.empty(0),) * 4)
     known = [message for message in messages if abs(message.x) < FARTHEST and abs(message.y) < FARTHEST]
