@@ -15,7 +15,7 @@ NorthEast = tuple[float, float]
 
 
 class Waypoint(NamedTuple):
-    """Where an object is at a time (s from the start of the run): m north and east of the world's origin."""
+    """Position of an object at a time (s from the start of the run): m north and east of the world's origin."""
 
     time: float
     north: float
@@ -23,7 +23,7 @@ class Waypoint(NamedTuple):
 
 
 class ObjectPosition(NamedTuple):
-    """Where an object is: m north and east of the world's origin, `down` m below the surface; heading in rad.
+    """Position of an object: m north and east of the world's origin, `down` m below the surface; heading in rad.
 
     `down` is None on a seabed that the world does not know.
     """

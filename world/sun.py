@@ -39,7 +39,7 @@ class Sun:
 
     @property
     def path_factor_under_water(self) -> float:
-        """How much longer than the depth the way of its light under water is."""
+        """Ratio of the way of its light under water to the depth."""
         return -1.0 / self.direction_under_water[2]
 
     def _vector(self, elevation: float) -> Vector:

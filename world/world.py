@@ -52,7 +52,7 @@ class World:
         return WindSea(self.waves, self.wave_bearing, seed) if self.waves_move_boats and self.waves.height else None
 
     def object_position(self, thing: WorldObject, time: float) -> ObjectPosition:
-        """Where an object is at a time (s from the start of the run)."""
+        """Position of an object at a time (s from the start of the run)."""
         north, east, heading = thing.pose_at(time)
         return ObjectPosition(
             north, east, self.seabed_depth(north, east) if thing.depth is None else thing.depth, heading

@@ -103,7 +103,7 @@ class UnderwaterVehicle:
 
     @property
     def draft(self) -> float:
-        """How far the hull reaches down from `z` (m)."""
+        """Depth of the lowest point of the hull below `z` (m)."""
         return 0.5 * self.model.volume[2]
 
     @property

@@ -72,7 +72,7 @@ class Boat:
 
     @property
     def draft(self) -> float:
-        """How far the hull reaches down (m)."""
+        """Depth of the lowest point of the hull (m)."""
         return self.model.cross_flow[1]
 
     @property

@@ -16,7 +16,7 @@ class BoatMotion(NamedTuple):
 
 
 class HullMotionSource(Protocol):
-    """What waves do to a hull: `world.sea.WindSea` is one."""
+    """Source of the motion of a hull by waves: `world.sea.WindSea` is one."""
 
     def hull_motion(
         self,

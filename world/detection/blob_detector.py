@@ -84,7 +84,7 @@ class BlobDetector:
         ]
 
     def _over(self, image: NDArray[np.uint8], background: "_Background", tiles: "_Tiles") -> Floats:
-        """How far each pixel is over the edge, in standard deviations of its tile; negative where nothing is seen."""
+        """Excess of each pixel over the edge, in standard deviations of its tile; negative where nothing is seen."""
         found = np.empty(image.shape[:2], np.float32)
         for rows, columns, j, i in tiles:
             pixels = image[rows, columns]
@@ -132,7 +132,7 @@ def _spread(borders: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 class _Background(NamedTuple):
-    """What pixels are: the median of the `colors` of each tile, and of their scores the median and deviation.
+    """Background of pixels: the median of the `colors` of each tile, and of their scores the median and deviation.
 
     `weights` (3,) make scores of colors; `direction` (3,) is the unit vector of the wanted hue.
     """

@@ -1,4 +1,4 @@
-"""How likely a detector finds something, by what is left of its contrast, and by how large it is seen."""
+"""Probability of a detection, by the remaining contrast and the size in the image."""
 
 import math
 from dataclasses import dataclass

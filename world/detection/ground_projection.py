@@ -20,7 +20,7 @@ ERRORS = 6
 
 
 class RayModel(Protocol):
-    """What is needed of a camera model: rays (..., 3) of any length through pixels (..., 2), and which exist."""
+    """Interface of a camera model: rays (..., 3) of any length through pixels (..., 2), and which exist."""
 
     def unproject(self, pixels: ArrayLike) -> tuple[Floats, Bools]: ...
 
@@ -93,7 +93,7 @@ class PlaneDetection(NamedTuple):
 def project_to_plane(
     optics: RayModel, mount: Floats, standing: PoseOverPlane, pixels: ArrayLike, accuracy: DetectionAccuracy
 ) -> list[PlaneDetection | None]:
-    """What is seen at pixels (n, 2) of a camera, by a vehicle whose estimate is this pose; None beside the plane.
+    """Project pixels (n, 2) of a camera to the plane, from the estimated pose of the vehicle; None beside the plane.
 
     `mount` (4, 4) leads from the optical frame to the body.
     """
@@ -141,7 +141,7 @@ def _looks(
 
 
 def _foot(direction: Floats, lever: Floats, height: float) -> tuple[float, Floats, Floats] | None:
-    """Where a ray meets the plane: along the ray, m aside per m down (2,), and from the vehicle (3,)."""
+    """Intersection of a ray and the plane: along the ray, m aside per m down (2,), and from the vehicle (3,)."""
     below = height - lever[2]
     if not direction[2] * below > 0.0:
         return None

@@ -46,7 +46,7 @@ class MarkerDetector:
 
 
 def _crossing(square: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where the diagonals of a square (4, 2) meet, seen at any angle."""
+    """Intersection of the diagonals of a square (4, 2), seen at any angle."""
     first, second = square[2] - square[0], square[3] - square[1]
     across = first[0] * second[1] - first[1] * second[0]
     to = square[1] - square[0]

@@ -16,7 +16,7 @@ REACH, REACH_SHARE = 1.0, 0.15  # m, and of the distance: what is farther from a
 
 
 class ObjectScore(NamedTuple):
-    """How a thing was detected.
+    """Score of the detections of an object.
 
     `pictures` are the pictures that showed it (-1 if that is not known), `detections` its detections, `ids` their
     numbers in order of appearance, `switches` how often the number changed. `rms` (m) is the error of the offsets;

@@ -19,7 +19,7 @@ GATE = 13.8  # chi² of two dimensions, exceeded once in a thousand
 
 @dataclass(frozen=True)
 class TrackerSettings:
-    """How things move and how sure a track must be.
+    """Motion of objects, and certainty that a track needs.
 
     `position_walk` (m/√s) is the random walk of a thing's place, `speed_sigma` (m/s) the standard deviation of its
     speed, 0 for things that lie still, `speed_walk` (m/s per √s) that speed's random walk. A track counts when
@@ -72,7 +72,7 @@ class ObjectTrack:
         self.pose_correlation = self.pose_correlation * accuracy.error_decay(seconds)
 
     def innovation(self, view: "TrackMeasurement") -> tuple[Floats, Floats]:
-        """What a sighting has beyond the track (2,), and its covariance (2, 2)."""
+        """Difference of a sighting from the track (2,), and its covariance (2, 2)."""
         cross = self.pose_correlation[:2] @ view.error_jacobian.T
         spread = self.covariance[:2, :2] - cross - cross.T + view.covariance
         return view.position - self.state[:2], spread

@@ -37,7 +37,7 @@ DENSITIES = {
 
 
 class Inertial(Sensor):
-    """What accelerometer and gyroscope share: means over the time since the last reading, and noise.
+    """Common part of accelerometer and gyroscope: means over the time since the last reading, and noise.
 
     `part` is "airsim" (the noise of AirSim's IMU), "beard" (that of Beard and McLain, Small Unmanned Aircraft, 2012,
     appendix H, which is per reading), "ideal", or one of world.sensors.PARTS, with all errors of a device. The sensor
@@ -60,7 +60,7 @@ class Inertial(Sensor):
         self._normals = StandardNormals(self.random, 6)
 
     def _sample(self, quad: QuadrotorState, n: int, Ts: float) -> InertialSample:
-        """What happened since the last reading. Raises ValueError for a step without length."""
+        """Motion since the last reading. Raises ValueError for a step without length."""
         if not 0.0 < Ts < math.inf:
             raise ValueError(f"steps of {Ts:g} s have no length")
         rates, angles = triple(getattr(quad, "omega", STILL), "omega"), triple(quad.Phi, "Phi")

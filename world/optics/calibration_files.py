@@ -70,7 +70,7 @@ def read_calibration(path: str | Path, camera: str = "") -> CameraModel:
 
 
 def calibration_file_to_json(path: str | Path, camera: str = "") -> str:
-    """What a calibration file says of a camera, as JSON for `parse_calibration`. Raises like `read_calibration`."""
+    """Convert the camera of a calibration file to JSON for `parse_calibration`. Raises like `read_calibration`."""
     return json.dumps(_read(Path(path), camera)[0], default=str)
 
 
@@ -83,7 +83,7 @@ def parse_calibration(text: str) -> CameraModel:
 
 
 def _read(path: Path, camera: str) -> tuple[Values, CameraModel]:
-    """What a file says of a camera, and its model."""
+    """Read the entry of a camera in a file, and its model."""
     with path.open("rb") as file:
         limit = LARGEST_CAMERAMODEL if path.suffix.lower() == ".cameramodel" else LARGEST_FILE
         data = file.read(limit + 1)

@@ -19,7 +19,7 @@ def is_depthai_calibration(values: Values) -> bool:
 
 
 def depthai_cameras(values: Values) -> dict[str, Values]:
-    """What the file says of each camera, by its socket, CAM_A for the first. Raises CalibrationError."""
+    """Read the entry of each camera in the file, by its socket, CAM_A for the first. Raises CalibrationError."""
     found: dict[str, Values] = {}
     for entry in values["cameraData"]:
         if not (isinstance(entry, list) and len(entry) == 2 and isinstance(entry[1], dict)):  # pyright: ignore[reportUnknownArgumentType]

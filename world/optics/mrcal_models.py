@@ -25,7 +25,7 @@ def is_cameramodel(text: str) -> bool:
 
 
 def parse_cameramodel(text: str) -> dict[str, Any]:
-    """What a .cameramodel says of a camera, as OpenCV would; a stereographic one as in a camchain of Kalibr.
+    """Read a camera from a .cameramodel, in OpenCV's terms; a stereographic one as in a camchain of Kalibr.
 
     Its pixels count as OpenCV's. Raises CalibrationError, for a lens that has no counterpart with its name.
     """

@@ -47,7 +47,7 @@ class HousingPort(ABC):
 
     @abstractmethod
     def trace(self, angle: Floats) -> tuple[Floats, Floats]:
-        """Where rays at these angles (...) leave the glass, and their directions in water, (..., 2) each."""
+        """Points where rays at these angles (...) leave the glass, and their directions in water, (..., 2) each."""
 
     def refracted_angle(self, angle: Floats, subject: float | Floats) -> Floats:
         """Angle off the axis (rad), seen from the camera, of what a ray at `angle` in air shows `subject` m away."""

@@ -69,7 +69,7 @@ class CameraPose(NamedTuple):
         return np.array((glider.north - self.north, glider.east - self.east, self.height - glider.height))
 
     def glider_contact_geometry(self, glider: Glider) -> RestingBody:
-        """How a glider lies on the ground."""
+        """Pose of a glider on the ground."""
         down = self.down + self.height - glider.height
         return glider_contact_geometry(
             glider.north, glider.east, down, glider.heading, glider.length, 0.5 * glider.diameter

@@ -30,7 +30,7 @@ BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 
 
 class InterpolationCells(NamedTuple):
-    """How nearness is interpolated in cells (n,): `parts` (6, n) times the shares of a pixel; `errors` (n,) of that.
+    """Interpolation of nearness in cells (n,): `parts` (6, n) times the shares of a pixel; `errors` (n,) of that.
 
     Those cells are `crooked` (n,) in which it may err by more than ERROR.
     """
@@ -109,7 +109,7 @@ class DepthImage:
 
 
 def _cells(patch: FacePatch, near: Floats, rough: NDArray[np.bool_]) -> InterpolationCells:
-    """How nearness is interpolated in the cells of a patch, by that of all rays."""
+    """Interpolation of nearness in the cells of a patch, by that of all rays."""
     w = patch.select_face_values(near)
     across, down = w[:, 1:] - w[:, :-1], w[1:] - w[:-1]
     straight, errors = np.zeros(w.shape), np.zeros(tuple(n - 1 for n in w.shape))

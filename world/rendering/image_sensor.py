@@ -1,4 +1,4 @@
-"""How a sensor takes a picture: shutter and motion, photons, noise and vignetting."""
+"""Model of an image sensor: shutter and motion, photons, noise and vignetting."""
 
 import math
 from collections.abc import Sequence
@@ -106,7 +106,7 @@ class Shutter:
         following: tuple[Sequence[ScenePose], Sequence[Glider]] | None = None,
         boards: Sequence[Board] = (),
     ) -> ImageLabels:
-        """What `take_picture` shows in each row in the middle of its exposure, from the standpoints at `band_times`.
+        """Labels for `take_picture`, of each row in the middle of its exposure, from the standpoints at `band_times`.
 
         `following` has those of the next picture. Raises ValueError for another number of them, and like
         Labeler.labels.

@@ -32,7 +32,7 @@ BLOCK = 1 << 14  # pixels per step: their arrays fit into the L2 cache
 
 
 class PixelClass(IntEnum):
-    """What a pixel shows: the numbers of `ImageLabels.kinds`."""
+    """Class of a pixel: the numbers of `ImageLabels.kinds`."""
 
     VOID = 0
     """Nothing: the lens does not reach there."""
@@ -46,7 +46,7 @@ class PixelClass(IntEnum):
 
 
 class ObjectBox(NamedTuple):
-    """What is seen of one object. Boxes are left, top, right, bottom (px): pixels [left, right) x [top, bottom).
+    """Visible part of one object. Boxes are left, top, right, bottom (px): pixels [left, right) x [top, bottom).
 
     `box` and `area` (px) count what is visible, all zero behind other objects; `whole_box` and `whole_area` what would
     be seen if the object were alone. `cut_share` is the share, 0 to 1, of its view that lies beyond the picture.
@@ -238,7 +238,7 @@ class Labeler:
             distance[start + own], kinds[start + own] = 1.0 / near[own], PixelClass.WALL
 
     def _behind(self, sight: CameraPose, pixels: Places, far: Floats, distance: Floats, bed: float) -> Bools:
-        """Which of the pixels of a body, at distances `far`, ground or walls hide."""
+        """Pixels of a body, at distances `far`, that ground or walls hide."""
         found = np.zeros(pixels.shape, dtype=np.bool_)
         if self._ranging is not None or self.landscape.walls:
             (own,) = np.nonzero(distance[pixels] < far)

@@ -146,7 +146,7 @@ class Renderer:
     def _cover(
         self, pose: ScenePose, near: NDArray[np.float32] | None, lying: RestingBody
     ) -> Callable[[int, NDArray[np.float64], Pixels, Floats], Bools] | None:
-        """What tells which pixels of a body on a face, whose frame `turn` rotates to NED, are hidden."""
+        """Function that finds the pixels of a body on a face, whose frame `turn` rotates to NED, that are hidden."""
         if near is None:
             return None
         place, bed = (pose.north, pose.east, pose.depth), self.landscape.sink_depth(*lying)

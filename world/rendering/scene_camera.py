@@ -76,7 +76,7 @@ class SceneCamera:
         following: tuple[ScenePose, Sequence[Glider]] | None = None,
         boards: Sequence[Board] = (),
     ) -> ImageLabels:
-        """What `take_picture` shows there; see Labeler.labels."""
+        """Labels for `take_picture` there; see Labeler.labels."""
         return self._labeller.labels(pose, self._gliders(gliders), following, boards)
 
     def flow(

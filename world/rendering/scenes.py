@@ -38,7 +38,7 @@ GRID = np.stack([_away * np.cos(_bearing), _away * np.sin(_bearing), np.ones_lik
 
 @dataclass(frozen=True)
 class ScenePose:
-    """Where a vehicle is: m north and east of the scene's origin, Euler angles of body to NED in rad.
+    """Pose of a vehicle: m north and east of the scene's origin, Euler angles of body to NED in rad.
 
     `height` is m above the seabed or the sea surface, `depth` m below the sea surface; over soundings they must agree.
     `time` in s moves the waves.
@@ -59,7 +59,7 @@ class ScenePose:
         return Pose(self.north, self.east, self.depth, self.roll, self.pitch, self.yaw)
 
     def at_mount(self, mount: Pose) -> "ScenePose":
-        """Where a sensor is, by its place in the vehicle; angles stay those of the vehicle."""
+        """Pose of a sensor, by its place in the vehicle; angles stay those of the vehicle."""
         if mount.position == (0.0, 0.0, 0.0):
             return self
         north, east, down = to_ned(self.pose.rotation, mount.position)
@@ -124,7 +124,7 @@ class SeabedScene:
     def ground_and_veil_light(
         self, pose: ScenePose, lights: Sequence[LampBeam], points: Floats, facing: Any
     ) -> tuple[Floats, Floats]:
-        """What the camera sees of white ground, and of the water before it: (3, n) by color, linear light.
+        """Light of white ground in the camera, and of the water before it: (3, n) by color, linear light.
 
         The ground is at points (3, n; m, NED from the camera); `facing` (n,) is its share of daylight.
         """
@@ -137,7 +137,7 @@ class SeabedScene:
         return (on_ground * self.water.transmission(away))[:, 0], veil[:, 0]
 
     def body_appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
-        """How a body near the ground looks from the camera (see draw_glider); `place` is NED, m from the camera."""
+        """Appearance of a body near the ground from the camera (see draw_glider); `place` is NED, m from the camera."""
         depth, (daylight, aperture) = max(pose.depth, SHALLOWEST), self._lit(pose, lights)
         lit = daylight(depth + pose.height)
         if lights:
@@ -261,7 +261,7 @@ class SeaSurfaceScene:
         )
 
     def body_appearance(self, pose: ScenePose, place: Vector, lights: Sequence[LampBeam] = ()) -> Appearance:
-        """How a body near the surface looks from the camera (see glider.draw_glider)."""
+        """Appearance of a body near the surface from the camera (see glider.draw_glider)."""
 
         def look(reflected: Floats, distance: Floats) -> Floats:
             left = self.air.transmission(distance)

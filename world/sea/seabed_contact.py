@@ -24,7 +24,7 @@ class Hull(Protocol):
 
     @property
     def draft(self) -> float:
-        """How far the hull reaches down from `z` (m)."""
+        """Depth of the lowest point of the hull below `z` (m)."""
         ...
 
     @property

@@ -52,7 +52,7 @@ CAMERA = ((610.0, 30.0), (540.0, 30.0), (465.0, 30.0))  # nm, peak and standard 
 
 
 class WaterColors(NamedTuple):
-    """What a camera makes of a water, for red, green and blue (3,): coefficients in 1/m, and a share of white.
+    """Optical properties of water in a camera, for red, green, blue (3,): coefficients in 1/m, and a share of white.
 
     `direct` attenuates what is seen, `veil` fills in the light of the water, `daylight` goes down with depth; `glow` is
     the light of deep water, seen straight down.

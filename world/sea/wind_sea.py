@@ -21,7 +21,7 @@ FLAT = 0.01  # rad; for less, the difference of two terms would be lost in round
 
 
 class WaveMotion(NamedTuple):
-    """What waves do to a boat: m north, east and down of where it would be in calm water, and with what velocity.
+    """Motion of a boat by waves: m north, east and down of its place in calm water, and its velocity there.
 
     `angles` are roll, pitch and yaw (rad), `rates` p, q, r (rad/s).
     """
@@ -62,7 +62,7 @@ class WindSea:
         return float(self.amplitude * np.sum(np.cos(self._phases(north, east, time))))
 
     def surface_slope(self, north: float, east: float, time: float) -> tuple[float, float]:
-        """How the surface rises to the north and to the east."""
+        """Slope of the surface to the north and to the east."""
         steep = -self.amplitude * self.wave_number * np.sin(self._phases(north, east, time))
         return float(np.sum(steep * self._north)), float(np.sum(steep * self._east))
 
@@ -82,7 +82,7 @@ class WindSea:
         size: tuple[float, float],
         time: float,
     ) -> WaveMotion:
-        """How a hull of a `size` (length, beam; m) rides that sails at a `velocity` (m/s; NED) and `turn`s (rad/s).
+        """Motion of a hull of a `size` (length, beam; m) that sails at a `velocity` (m/s; NED) and `turn`s (rad/s).
 
         What it does in calm water and in waves is added (Fossen 2011, ch. 8.2). It moves as the mean of the water over
         its waterplane, a rectangle, and lies in the plane that fits best to the surface there: the balance of a
@@ -119,7 +119,7 @@ class WindSea:
 
 
 def _share(half: Floats) -> tuple[Floats, Floats]:
-    """What is left of the height and of the slope of waves over a length, `half` of which is that many rad of them.
+    """Remaining share of the height and the slope of waves over a length, `half` of which is that many rad of them.
 
     Height: the mean; slope: that of the line that fits best; beside those in the middle.
     """

@@ -13,7 +13,7 @@ TRIAD_DRAWS = 12  # standard normals that make a device of a grade
 
 @dataclass(frozen=True, slots=True)
 class TriadGrade:
-    """What is known of all devices of a kind, in SI units (rad/s or m/s²).
+    """Errors of all devices of a kind, in SI units (rad/s or m/s²).
 
     `scale` (1), `misalignment` (rad) and `offset` are standard deviations between devices. Nothing beyond `limit` is
     measured, and all values are multiples of `resolution`; 0 for none.

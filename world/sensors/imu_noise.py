@@ -18,7 +18,7 @@ MEMORY = 3.0  # of the bias of a bought part, in times of the minimum of its All
 
 
 def specific_force(r: Matrix, acceleration: Vector, gravity: float) -> Vector:
-    """What an accelerometer measures (m/s², body): R_nb^T (a_n - g_n); level and at rest (0, 0, -gravity)."""
+    """Specific force at an accelerometer (m/s², body): R_nb^T (a_n - g_n); level and at rest (0, 0, -gravity)."""
     north, east, down = acceleration
     return to_body(r, (north, east, down - gravity))
 

@@ -38,7 +38,7 @@ class AttitudeAndHeight(NamedTuple):
 def target_in_camera(
     view: AttitudeAndHeight, target: NorthEastOffset, mount: Floats = LOOKING_DOWN
 ) -> tuple[float, float, float]:
-    """Where a `target` (m, from the vehicle) is in the optical frame (m); `mount` (4, 4) leads from it to the body."""
+    """Position of a `target` (m, from the vehicle) in the optical frame (m); `mount` (4, 4) leads to the body."""
     (a, b, c, forward), (d, e, f, right), (g, h, i, down), _ = mount.tolist()
     body = rotation(view.phi, view.theta, view.psi)
     x, y, z = to_ned(body, (forward, right, down))
@@ -53,7 +53,7 @@ def detect_target(
     believed: AttitudeAndHeight | None = None,
     mount: Floats = LOOKING_DOWN,
 ) -> PlaneDetection | None:
-    """What the pixel shows that shows `target`, m from the vehicle; None if it is outside the image.
+    """Detection at the pixel of `target`, m from the vehicle; None if it is outside the image.
 
     `view` is where the vehicle really is, and `mount` (4, 4) where the camera is in it. Where the pixel's ray meets the
     ground is computed with the pose that the vehicle estimates, so that its errors are those of the result.
@@ -87,7 +87,7 @@ def _pixel(
 def detection_at_pixel(
     camera: FieldOfViewCamera, u: float, v: float, believed: AttitudeAndHeight, mount: Floats = LOOKING_DOWN
 ) -> PlaneDetection | None:
-    """What an image point (px) shows of the plane; None beside it."""
+    """Point of the plane at an image point (px); None beside it."""
     (seen,) = project_to_plane(camera, mount, believed.pose_over_plane, (u, v), ACCURACY)
     return seen
 

@@ -80,7 +80,7 @@ class SonarBeam:
     def _crossing(
         self, depth: Callable[[float, float], float], near: float, over: float, far: float, under: float
     ) -> float:
-        """Where the beam meets the bottom: by false position, and by bisection for a bottom with a step."""
+        """Intersection of the beam and the bottom: by false position, and by bisection for a bottom with a step."""
         for attempt in range(2 * REFINEMENTS):
             if attempt >= LEAST_REFINEMENTS and far - near < PRECISION:
                 break

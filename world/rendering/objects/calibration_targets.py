@@ -103,7 +103,7 @@ def april_grid_cells(rows: int, columns: int) -> Floats:
 
 
 def board_contact_geometry(board: Board, down: float) -> RestingBody:
-    """How a board lies that is `down` m below the surface."""
+    """Pose of a board that is `down` m below the surface."""
     rows, columns = board.cells.shape
     c, s = math.cos(board.heading), math.sin(board.heading)
     ahead = 0.5 * board.cell_size * rows * np.repeat((-1.0, 0.0, 1.0), 3)

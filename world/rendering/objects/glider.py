@@ -19,7 +19,7 @@ Floats = NDArray[np.floating[Any]]
 Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
 """Rows and columns."""
 HiddenTest = Callable[[Pixels, Floats], NDArray[np.bool_]]
-"""Which pixels (n,) of a body, at 1 over the distance along the axis of the face (n,), are behind something else."""
+"""Mask of the pixels (n,) of a body, at 1 over the distance along the axis of the face (n,), that are hidden."""
 
 YELLOW = rgb(3.2, 1.9, 0.02)
 RIM = math.radians(80.0)  # beyond the rim of a face, which is at 45°
@@ -53,7 +53,7 @@ class CameraGlider:
 def glider_contact_geometry(
     north: float, east: float, down: float, heading: float, length: float, radius: float
 ) -> RestingBody:
-    """How a glider lies whose middle is at a place (m; north, east, down)."""
+    """Pose of a glider whose middle is at a place (m; north, east, down)."""
     points = np.empty((3, 3))
     aside = (length / 2 - radius) * np.array((-1.0, 0.0, 1.0))
     points[:, 0] = north + aside * math.cos(heading)

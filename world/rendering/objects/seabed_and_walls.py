@@ -60,7 +60,7 @@ class SeabedAndWalls:
         return found
 
     def occludes(self, place: Vector, rays: Floats, body: Floats, bed: float) -> Bools:
-        """Where (n,) ground or walls hide a body, of nearness `body` (n,), from rays (3, n) as in SeabedIntersector.
+        """Mask of ground or a wall before a body, of nearness `body` (n,), with rays (3, n); see SeabedIntersector.
 
         The ground counts as `bed` m deeper; a flat bottom hides nothing.
         """
@@ -77,7 +77,7 @@ class SeabedAndWalls:
         return found
 
     def sink_depth(self, points: Floats, radius: float, deepest: float) -> float:
-        """How far (m) the ground gives way to a body that lies on it, with points (n, 3; m; north, east, down).
+        """Depth (m) to which the ground gives way to a body that lies on it, with points (n, 3; m; north, east, down).
 
         That is as deep as the body reaches into it, `radius` m below its points; a body that lies deeper than
         `deepest` m is under the ground, which does not give way to it.

@@ -67,7 +67,7 @@ class GridHorizon(NamedTuple):
         return cls(grid.step, begin, RINGS - begin, (more - _told(first)).ravel(), (more + _told(last)).ravel())
 
     def possible_hits(self, sector: Places, slope: Floats) -> tuple[Bools, Floats, Floats]:
-        """Which rays (n,) of a slope, down per m, may touch the grid; those from and to how far (m)."""
+        """Mask of the rays (n,) of a slope, down per m, that may touch the grid; and their range of distances (m)."""
         more, told = APART * sector, _told(slope)
         start = sector * self.rings
         first = np.searchsorted(self.first, more - told) - start

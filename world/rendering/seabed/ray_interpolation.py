@@ -59,7 +59,7 @@ class RayGrid:
         self.rays: Floats = np.concatenate(rays, axis=1)
 
     def interpolation_errors(self, nearness: Floats, rough: Bools, error: Floats, nearest: float) -> list[Floats]:
-        """How much interpolation errs in the cells (rows - 1, columns - 1) of each face, as share of `error` (rays).
+        """Errors of interpolation in the cells (rows - 1, columns - 1) of each face, as share of `error` (rays).
 
         That is infinite at rays in the rough. Cells in which all is farther than a nearness of `nearest` do not count.
         """
@@ -113,6 +113,6 @@ def second_differences(values: Floats, axis: int) -> Floats:
 
 
 def reduce_corners(values: Any, fold: Any) -> Any:
-    """What `fold` makes of the four corners of each cell."""
+    """Reduce the four corners of each cell by `fold`."""
     rows = fold(values[1:], values[:-1])
     return fold(rows[:, 1:], rows[:, :-1])

@@ -41,7 +41,7 @@ class GroundRays(NamedTuple):
 
     @property
     def horizontal(self) -> Floats:
-        """How far (n,) they go across the ground."""
+        """Distance (n,) that they cover across the ground."""
         return np.hypot(self.directions[0], self.directions[1])
 
     def subset(self, chosen: Places | slice) -> "GroundRays":
@@ -49,7 +49,7 @@ class GroundRays(NamedTuple):
         return GroundRays(self.position, own, self.lowered)
 
     def clearance(self, ground: Any, way: Floats) -> Floats:
-        """How far (m) the ground is below the points (n, ...) after some way."""
+        """Height (m) of the points (n, ...) above the ground after some way."""
         north, east, down = self.directions.reshape(3, -1, *(1,) * (way.ndim - 1)) * way
         n, e, d = self.position
         north += n

@@ -34,7 +34,7 @@ SURELY = 0.1  # of that: so near to the bottom are curves also where rays fall s
 
 
 class Crossings(NamedTuple):
-    """What rays (n,) meet: `way`, NaN without a crossing; how fast they `fall` there; on which `level` of the grids.
+    """Crossings of rays (n,): `way`, NaN without a crossing; how fast they `fall` there; on which `level` of the grids.
 
     `crest` is the way to the first place where they nearly touched the ground before.
     """
