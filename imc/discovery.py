@@ -1,4 +1,4 @@
-"""How IMC systems find each other: where an Announce is sent, and the services in it, as values.
+"""Discovery of IMC systems: addresses of an Announce, and the services in it, as values.
 
 A service is a URI. `imc+udp://10.0.0.7:6002/` is where a system takes packets; its slash at the end is required, since
 imcjava looks for it. `dune://0.0.0.0/uid/N` names one run of a system: another N means that it has started again.
@@ -32,7 +32,7 @@ _URI = re.compile(r"([A-Za-z][A-Za-z0-9+.-]{0,31})://([^/:;?#\s]*)(?::([0-9]{1,5
 
 
 class Endpoint(NamedTuple):
-    """Where to send: an IPv4 address and a port."""
+    """Destination: an IPv4 address and a port."""
 
     address: str
     port: int
@@ -65,7 +65,7 @@ class Service(NamedTuple):
 
     @property
     def endpoint(self) -> Endpoint | None:
-        """Where to send to it; None without a port or the address of one computer.
+        """Destination of the service; None without a port or the address of one computer.
 
         An Announce can say anything, so no address that reaches several computers is an endpoint.
         """
@@ -111,7 +111,7 @@ class Services:
     def from_system_info(
         cls, offered: Iterable[Service] = (), *, uid: str | int = "", version: str = "", imc: str = ""
     ) -> Self:
-        """What a system announces: its services, its `uid`, its version, and the version of its messages."""
+        """Make the announcement of a system: its services, its `uid`, its version, and the version of its messages."""
         about = {"uid": ("dune", f"/uid/{uid}"), "version": ("dune", f"/version/{version}")}
         about["imc"] = ("imc+info", f"/version/{imc}")
         given = {"uid": uid != "", "version": version != "", "imc": imc != ""}
@@ -123,7 +123,7 @@ class Services:
         return ";".join(map(str, self.each))
 
     def endpoints(self, scheme: str, sender: str = "") -> tuple[Endpoint, ...]:
-        """Where to send for a scheme, such as "imc+udp", each once; first those at `sender`'s address."""
+        """Destinations for a scheme, such as "imc+udp", each once; first those at `sender`'s address."""
         found = dict.fromkeys(s.endpoint for s in self.each if s.scheme == scheme)
         return tuple(sorted((e for e in found if e is not None), key=lambda end: end.address != sender))
 
@@ -183,7 +183,7 @@ def is_ip_address(host: str) -> bool:
 
 
 def announce_targets(addresses: Iterable[str], ports: Iterable[int] = PORTS) -> tuple[Endpoint, ...]:
-    """Where an Announce is sent: each port of each address, such as `LOOPBACK`, `MULTICAST`, `BROADCAST`."""
+    """Destinations of an Announce: each port of each address, such as `LOOPBACK`, `MULTICAST`, `BROADCAST`."""
     ports = tuple(ports)
     return tuple(Endpoint(address, port) for address in dict.fromkeys(addresses) for port in ports)
 

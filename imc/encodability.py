@@ -54,7 +54,7 @@ def inner_messages(message: Message, path: str) -> Iterator[tuple[str, Message]]
 
 
 def range_violation(value: Any, code: str) -> str:
-    """What a value must be to fit its letter in `Message.WIRE`; "" if it fits."""
+    """Range that a value must be in to fit its letter in `Message.WIRE`; "" if it fits."""
     kind = TYPES_BY_CODE[code]
     if code in INTEGERS:
         low, high = INTEGERS[code]

@@ -30,7 +30,7 @@ LARGEST_PACKET = 0xFFFF
 LARGEST_PAYLOAD = LARGEST_PACKET - SMALLEST_PACKET
 
 OFFSETS = {name: struct.calcsize("<" + HEADER[:index]) for index, name in enumerate(HEADER_FIELDS)}
-"""Where each field of the header begins in a packet."""
+"""Offset of each field of the header in a packet."""
 
 WIRE_CODES = {
     "int8_t": "b",

@@ -74,7 +74,7 @@ class StreamParser:
 
     @property
     def incomplete_offset(self) -> int | None:
-        """Where in the stream the packet starts whose rest is waited for; None if none is."""
+        """Offset in the stream of the packet whose rest is missing; None without one."""
         return self._offset if self._waiting else None
 
     def resync_packets(self) -> list[bytes]:
@@ -90,7 +90,7 @@ class StreamParser:
         return self._scan(bytes, final=False)
 
     def _packet_behind(self) -> int | None:
-        """Where the first whole packet behind the unfinished one starts; nothing is looked at twice."""
+        """Offset of the first whole packet behind the unfinished one; each byte is examined once."""
         data = bytes(self._waiting)
         starts, position = self._undecided, self._looked
         while match := self._search(data, position):

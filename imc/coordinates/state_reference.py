@@ -12,7 +12,7 @@ def absolute_position(state: EstimatedState) -> tuple[float, float, float]:
 
 
 class LocalOrigin:
-    """Where a vehicle was first seen: `north`, `east` (m) of the reference position of its latest state.
+    """First known position of a vehicle: `north`, `east` (m) of the reference position of its latest state.
 
     A navigation filter may move the reference during a run (DUNE's does when far from it); the start does not move.
     Latitude and longitude are both 0 while a system does not know its position: it is first seen elsewhere.

@@ -40,7 +40,7 @@ class FieldPlace(NamedTuple):
 
 
 class NameScope(ABC):
-    """What names mean, and which functions there are besides those of numbers, `contains` and `distance`."""
+    """Meaning of names, and functions besides those of numbers, `contains` and `distance`."""
 
     functions: tuple[str, ...] = ()
     knows_nan: bool = True  # old plans and scenarios may compare with it

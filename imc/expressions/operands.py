@@ -40,7 +40,7 @@ class Operand:
 
     @property
     def text(self) -> str:
-        """How it is written."""
+        """Text of the operand, as in an expression."""
         return self.node.text
 
     @property

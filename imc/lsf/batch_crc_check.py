@@ -14,7 +14,7 @@ PERIOD = 32767  # of the powers of x modulo the generator, which is (x + 1) (x¹
 def valid_crcs(
     data: bytes, starts: "NDArray[np.int64]", ends: "NDArray[np.int64]", big: "NDArray[np.bool_]"
 ) -> "NDArray[np.bool_]":
-    """Which of the parts of `data` are packets that end with their CRC; `big`: it is stored big endian.
+    """Mask of the parts of `data` that are packets and end with their CRC; `big`: it is stored big endian.
 
     A right CRC makes the remainder of the whole part zero. CRC-16/ARC is a remainder of polynomials over GF(2), so the
     remainder of a part follows from those of two prefixes of the buffer: up to its start, and up to its end. Each is
@@ -41,7 +41,7 @@ def valid_crcs(
 
 
 def _weighed(octets: "NDArray[np.uint8]", places: Any) -> "NDArray[np.uint16]":
-    """What bytes add to the divided remainder at these places in a period; shape (n,)."""
+    """Contribution of bytes to the divided remainder at these places in a period; shape (n,)."""
     import numpy as np
 
     total = np.zeros(octets.size, np.uint16)

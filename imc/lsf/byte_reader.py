@@ -15,7 +15,7 @@ MEMORY = 1 << 24
 MEMBER_STEP = 1 << 16  # least unpacked bytes between two members of `Members`
 
 Members = list[tuple[int, int]]
-"""Where members of a compressed file begin: offset in the file, offset in the unpacked bytes."""
+"""Beginnings of the members of a compressed file: offset in the file, offset in the unpacked bytes."""
 
 ReportProgress = Callable[[float], None]
 """Called with the share that is done, 0 to 1."""
@@ -34,7 +34,7 @@ class ByteReader(Protocol):
 
 
 def compression_of(path: Path) -> Compression | None:
-    """How a log is packed, by its suffix; None if it is not."""
+    """Compression of a log, by its suffix; None without one."""
     return next((form for form in COMPRESSIONS.values() if form.suffix == path.suffix), None)
 
 

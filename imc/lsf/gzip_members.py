@@ -202,7 +202,7 @@ class _Member:
 
 
 def _lost_from(packed: bytes, is_end: bool) -> int:
-    """Where packed bytes are a filling that no data packs to; -1 if none are. `is_end`: they end where the file does.
+    """Offset in packed bytes of a filling that no data packs to; else -1. `is_end`: they end where the file does.
 
     A sector of equal bytes would be the same byte half a million times: no packet is so long.
     """
@@ -213,7 +213,7 @@ def _lost_from(packed: bytes, is_end: bool) -> int:
 
 
 def _contents(unpacker: Any, packed: bytes) -> Iterator[bytes]:
-    """What `packed` adds to the content of a member, in pieces of at most LARGEST_PIECE."""
+    """Unpack the content that `packed` adds to a member, in pieces of at most LARGEST_PIECE."""
     while True:
         data = unpacker.decompress(packed, LARGEST_PIECE)
         yield data
@@ -223,7 +223,7 @@ def _contents(unpacker: Any, packed: bytes) -> Iterator[bytes]:
 
 
 def _next_member(file: BinaryIO, form: Compression, begin: int) -> int:
-    """Where the next member may begin, at or after `begin`; the end of the file if there is none."""
+    """Possible beginning of the next member, at or after `begin`; the end of the file if there is none."""
     overlap = LONGEST_MAGIC - 1
     file.seek(begin)
     window, chunk = b"", DOUBTFUL_CHUNK

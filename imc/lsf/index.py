@@ -26,7 +26,7 @@ class PacketPositions(NamedTuple):
 
     @property
     def ends(self) -> "NDArray[np.int64]":
-        """Where the packets end in the log."""
+        """Offsets of the ends of the packets in the log."""
         return self.offsets + (self.heads >> 16) + SMALLEST_PACKET
 
     def select(self, chosen: Any) -> "PacketPositions":
@@ -56,7 +56,7 @@ class LogIndex(NamedTuple):
     """Unpacked bytes of the log."""
 
     def counts(self) -> dict[int, int]:
-        """How many packets of each id there are, by id."""
+        """Number of packets of each id, by id."""
         return {number: self.types[number].total for number in sorted(self.types)}
 
     def packet_positions(self, ids: Iterable[int] = ()) -> PacketPositions:
@@ -75,7 +75,7 @@ class LogIndex(NamedTuple):
 
 
 def build_index(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
-    """Where the packets are, by id."""
+    """Index the offsets of the packets, by id."""
     import numpy as np
 
     steps: dict[int, list[NDArray[Any]]] = {}
@@ -106,7 +106,7 @@ def build_index(batches: Iterable[Batch]) -> dict[int, TypeIndex]:
 
 
 def _joined(batches: Iterable[Batch]) -> Iterator[PacketPositions]:
-    """Where the packets of the batches are, several batches at a time."""
+    """Offsets of the packets of the batches, several batches at a time."""
     import numpy as np
 
     waiting: list[PacketPositions] = []

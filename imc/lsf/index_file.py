@@ -124,7 +124,7 @@ def has_index(path: Path, places: Sequence[Path]) -> bool:
 
 
 def path_beside(log: Path) -> Path:
-    """Where the index of a log is if it is kept beside it."""
+    """Path of the index of a log that is kept beside it."""
     return log.with_name(log.name + SUFFIX)
 
 
@@ -135,7 +135,7 @@ def _cache() -> Path:
 
 
 def path_in_cache(log: Path) -> list[Path]:
-    """Where the index of a log is in the user's cache; nowhere if the user has no home."""
+    """Path of the index of a log in the user's cache; empty if the user has no home."""
     try:
         cache = _cache()
     except RuntimeError:

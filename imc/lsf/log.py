@@ -102,7 +102,7 @@ class Log:
         return self._lose.sorted()
 
     def counts(self) -> dict[str, int]:
-        """How many packets of each message there are, by name ("id 1234" if it is not in the schema)."""
+        """Number of packets of each message, by name ("id 1234" if it is not in the schema)."""
         known = self.schema.types_by_id
         found = self.index().counts().items()
         return {known[number].abbrev if number in known else f"id {number}": count for number, count in found}
@@ -208,7 +208,7 @@ class Log:
         return self._names["systems"]
 
     def index(self, progress: ReportProgress | None = None) -> LogIndex:
-        """Where the packets are. Reads the log if there is no index of its present state.
+        """Index of the packets. Reads the log if there is no index of its present state.
 
         progress: called now and then with the share that has been read, 0 to 1.
         """
@@ -230,7 +230,7 @@ class Log:
         return self._indexed[1]
 
     def _with_true_index(self, read: Callable[[], T]) -> T:
-        """What `read` returns; if it finds the index wrong, the log is indexed again before a second try."""
+        """Result of `read`; if that finds the index wrong, the log is indexed again before a second try."""
         try:
             return read()
         except StaleIndex:

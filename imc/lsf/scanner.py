@@ -33,7 +33,7 @@ class Batch(NamedTuple):
     data: Any
     """A buffer."""
     starts: "NDArray[np.int64]"
-    """Where in `data` the packets begin."""
+    """Offsets of the packets in `data`."""
     ends: "NDArray[np.int64]"
     heads: "NDArray[np.uint32]"
     """Message id, and size of the payload in the upper 16 bits."""
@@ -158,7 +158,7 @@ def _find(data: bytes, base: int, sync: int, last: bool, crc: bool) -> tuple[Bat
 
 
 def _candidates(data: bytes, sync: int) -> tuple["NDArray[np.int64]", "NDArray[np.bool_]"]:
-    """Where the synchronization number is, in either byte order, and whether it is in the big-endian one."""
+    """Offsets of the synchronization number in either byte order, and whether it is the big-endian one."""
     import numpy as np
 
     octets = np.frombuffer(data, np.uint8)

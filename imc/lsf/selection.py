@@ -51,11 +51,11 @@ class HeaderFilter(NamedTuple):
         return self == HeaderFilter()
 
     def row_mask(self, rows: "NDArray[Any]") -> "NDArray[np.bool_]":
-        """Which rows of a structured array of messages meet the conditions."""
+        """Mask of the rows of a structured array of messages that meet the conditions."""
         return self._mask(rows["timestamp"], rows["src"], rows["src_ent"])
 
     def batch_mask(self, batch: Batch) -> "NDArray[np.bool_]":
-        """Which packets meet the conditions."""
+        """Mask of the packets that meet the conditions."""
         return self._mask(batch.times(), batch.header_values("src"), batch.header_values("src_ent"))
 
     def _mask(self, times: "NDArray[Any]", src: "NDArray[Any]", src_ent: "NDArray[Any]") -> "NDArray[np.bool_]":
