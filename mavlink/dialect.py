@@ -43,7 +43,7 @@ class Definition:
 
     @cached_property
     def salt(self) -> bytes:
-        """What follows header and payload in the checksum."""
+        """Byte that follows header and payload in the checksum."""
         return bytes((self.crc_extra,))
 
     @cached_property

@@ -105,7 +105,7 @@ class StreamSplitter:
 
     @property
     def bytes_waiting(self) -> int:
-        """How many bytes are kept."""
+        """Number of bytes that are kept."""
         return len(self._kept)
 
     def feed(self, data: bytes) -> tuple[list[ReceivedMessage], int]:
@@ -124,7 +124,7 @@ class StreamSplitter:
 
 
 class _Scan(NamedTuple):
-    """What was found in a buffer: messages, damaged stretches, where the rest begins, whether damage precedes it."""
+    """Content of a buffer: messages, damaged stretches, where the rest begins, whether damage precedes it."""
 
     found: list[ReceivedMessage]
     damages: int
@@ -162,7 +162,7 @@ def _scan(data: bytes, dialect: Dialect, *, whole: bool, damaged: bool = False) 
 
 
 def frame_at(data: bytes, start: int, by_id: Mapping[int, Definition]) -> tuple[int, ReceivedMessage | None]:
-    """Where the frame that begins at `start` ends, and its message.
+    """End of the frame that begins at `start`, and its message.
 
     An end of 0 means that there is none; one behind `data` that it is not complete. Without a message its checksum
     could not be checked, since `by_id` lacks the definition.

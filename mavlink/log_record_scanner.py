@@ -19,7 +19,7 @@ class LogRecord(NamedTuple):
 
 
 class RecordDefinitions(Protocol):
-    """What a file has said of its records so far.
+    """Definitions of records that were read from a file so far.
 
     pattern: what records begin with; the search for it skips damage at the speed of C.
     """
@@ -53,7 +53,7 @@ class RecordScanner:
         self._definitions = definitions
 
     def find_next_record(self) -> int:
-        """Where the next record begins, after which `position` is its end; -1 if there is none."""
+        """Offset of the next record, after which `position` is its end; -1 if there is none."""
         while self.position < self._size:
             start = self.position
             length = self._definitions.length_at(start)

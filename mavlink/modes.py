@@ -19,7 +19,7 @@ NOT_SELECTABLE, AUTOMATIC = 2, 4  # MAV_MODE_PROPERTY
 
 
 class Mode(Enum):
-    """What a vehicle does; `flags` are its MAV_MODE_FLAG bits, without those of custom mode and arming."""
+    """Mode of a vehicle; `flags` are its MAV_MODE_FLAG bits, without those of custom mode and arming."""
 
     MANUAL = "manual", 0
     MISSION = "mission", AUTO | GUIDANCE | STABILIZE

@@ -11,7 +11,7 @@ HIGHEST = 2e6  # m, what an int32 holds in mm
 
 
 class GlobalPosition(NamedTuple):
-    """Where the vehicle is: latitude and longitude in rad, altitudes in m above mean sea level and above home."""
+    """Position of the vehicle: latitude and longitude in rad, altitudes in m above mean sea level and above home."""
 
     lat: float
     lon: float
@@ -49,7 +49,7 @@ def home_at(lat: float, lon: float, altitude: float, *, afloat: bool, undulation
 def position_of(
     state: imc.EstimatedState, home: Home, *, afloat: bool, undulation: float = 0.0
 ) -> GlobalPosition | None:
-    """Where the vehicle is: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
+    """Position of the vehicle: the reference point of `state`, moved by its offsets on the WGS-84 ellipsoid.
 
     A vessel is `depth` below home, or `z` below the reference point if the depth is invalid (-1).
     """

@@ -16,7 +16,7 @@ CHUNK = 1 << 20
 TIME = 8
 EARLIEST, LATEST = 946_684_800_000_000, 4_102_444_800_000_000  # years 2000 and 2100, µs
 RECORD = re.compile(rb"\x00[\x03-\x0e].{6}[\xfd\xfe]", re.DOTALL)
-"""How a time from EARLIEST to LATEST and a frame after it begin: Python looks at no other byte, which would be slow."""
+"""First bytes of a time from EARLIEST to LATEST and a frame after it: Python skips other bytes, which would be slow."""
 
 
 HEAD = 1 << 16  # bytes at the beginning of a file that show whether it has times

@@ -89,7 +89,7 @@ _SYNCHRONIZED = re.compile(re.escape(HEAD.pack(len(SYNC), ord("S")) + SYNC))
 
 
 class _Definitions:
-    """What a file has said of its messages so far."""
+    """Definitions of messages that were read from a file so far."""
 
     def __init__(self, data: mmap.mmap) -> None:
         self.topics: dict[int, _Topic] = {}

@@ -48,7 +48,7 @@ def message_rates(autopilot: int, kind: int, attitude: float, position: float, s
 
 
 class FramePort(Protocol):
-    """What frames are written to; `set_destination` chooses the sender of a datagram for that."""
+    """Port that frames are written to; `set_destination` chooses the sender of a datagram for that."""
 
     def write(self, data: bytes) -> object: ...
     def set_destination(self, piece: bytes) -> object: ...

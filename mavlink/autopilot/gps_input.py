@@ -61,7 +61,7 @@ def gps_input_fields(fix: imc.GpsFix, undulation: float, now: float) -> Fields:
 
 
 def usbl_fix(usbl: imc.UsblFixExtended, undulation: float) -> imc.GpsFix:
-    """What a USBL measures as a fix; its depth is below the sea, where heights are those of the geoid."""
+    """Convert a measurement of a USBL to a fix; its depth is below the sea, where heights are those of the geoid."""
     return imc.GpsFix(
         validity=Validity.VALID_POS | (Validity.VALID_HACC if usbl.accuracy > 0.0 else 0),
         lat=usbl.lat,

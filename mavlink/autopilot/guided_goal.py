@@ -4,7 +4,7 @@ from enum import Enum, auto
 
 
 class GuidedGoal(Enum):
-    """What the controller has to do; ENDS is what follows an Abort, or a long time without a maneuver."""
+    """Goal of the controller; ENDS follows an Abort, or a long time without a maneuver."""
 
     NONE = auto()
     HOLD = auto()

@@ -40,7 +40,7 @@ IN_AIR = 2  # MAV_LANDED_STATE
 
 @dataclass(frozen=True, slots=True)
 class ReportedPosition:
-    """Where an autopilot says it is: position (rad), heights (m) above the sea and above home, motion (m/s, rad).
+    """Position that an autopilot reports: position (rad), heights (m) above the sea and above home, motion (m/s, rad).
 
     airspeed: m/s, not a number if it is unknown.
     """
@@ -58,7 +58,7 @@ class ReportedPosition:
 
 @dataclass(frozen=True, slots=True)
 class ArrivalTolerance:
-    """What counts as an arrival: horizontal and vertical distance (m) from the end."""
+    """Tolerance of an arrival: horizontal and vertical distance (m) from the end."""
 
     horizontal: float
     vertical: float
@@ -137,7 +137,7 @@ class Leg:
         return before != self.near
 
     def steering_target(self, at: ReportedPosition) -> tuple[float, float]:
-        """Where to send the vehicle now (rad): the end, or a point that moves ahead on the circle."""
+        """Present target of the vehicle (rad): the end, or a point that moves ahead on the circle."""
         return self._ahead_on_circle(at, LEAD) if self.radius else (self.lat, self.lon)
 
     def _ahead_on_circle(self, at: ReportedPosition, lead: float, *, tangential: bool = False) -> tuple[float, float]:
@@ -170,7 +170,7 @@ class Leg:
         return displace(*self._origin, 0.0, north, east)[:2]
 
     def progress(self, at: ReportedPosition) -> PathProgress:
-        """How far the vehicle has come; a climb counts as distance."""
+        """Distance that the vehicle has covered; a climb counts as distance."""
         speed, course = math.hypot(at.vx, at.vy), math.atan2(at.vy, at.vx)
         where = progress(self._track, self._offset(at.lat, at.lon), speed, course, at.psi)
         climb = abs(self.height - at.above_home)

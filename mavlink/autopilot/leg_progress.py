@@ -1,4 +1,4 @@
-"""How far a vehicle has come on its leg, and whether it is stuck."""
+"""Progress of a vehicle on its leg, and detection of a stuck one."""
 
 import math
 

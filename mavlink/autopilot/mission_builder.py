@@ -25,7 +25,7 @@ WINDLESS = 1.0  # m/s
 
 
 class LandingApproach(NamedTuple):
-    """How a plane lands: length (m) and height (m) of the final leg, and its course (rad)."""
+    """Landing of a plane: length (m) and height (m) of the final leg, and its course (rad)."""
 
     length: float
     height: float
@@ -200,7 +200,7 @@ WRITERS: Mapping[type[Any], Callable[[MissionBuilder, Any], None]] = {
     imc.Land: MissionBuilder.add_landing,
     imc.IdleManeuver: MissionBuilder.add_wait,
 }
-"""How each maneuver becomes items."""
+"""Converters of each maneuver to items."""
 
 ARRIVALS = frozenset(
     {

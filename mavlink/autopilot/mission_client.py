@@ -212,7 +212,7 @@ class MissionClient:
 
 
 def difference_of(ours: Item, theirs: Item) -> str:
-    """What matters and is different in an item that was read back; "" if nothing is."""
+    """Relevant difference in an item that was read back; "" without one."""
     if ours.command != theirs.command:
         return "command"
     if FRAMES.get(ours.frame, ours.frame) != FRAMES.get(theirs.frame, theirs.frame) and (ours.x or ours.y):

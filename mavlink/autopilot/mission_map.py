@@ -1,4 +1,4 @@
-"""Which leg of a plan is which item of the mission in an autopilot's memory."""
+"""Map from the legs of a plan to the items of the mission in an autopilot's memory."""
 
 from collections.abc import Callable, Sequence
 

@@ -55,7 +55,7 @@ class PositionTargets:
         return self._target is not None
 
     def repeat(self) -> None:
-        """What was sent seems to be lost: send it with the next call."""
+        """Send the last target again with the next call, since it seems to be lost."""
         self._sent_at = -math.inf
 
     def receive_shown(self, lat: float, lon: float, now: float) -> None:
@@ -63,7 +63,7 @@ class PositionTargets:
         self._shown, self._shown_at = (lat, lon), now
 
     def due(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> Fields | None:
-        """What has to be sent now; None if nothing has to."""
+        """Target that has to be sent now; None without one."""
         if leg.radius and vehicle.replans:
             target = self._end_of_chord(leg, at)
         else:

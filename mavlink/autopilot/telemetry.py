@@ -55,17 +55,17 @@ class Telemetry:
         return self._age(self._received_at.get(name, -math.inf)) > (patience or self.patience)
 
     def missing_messages(self) -> list[str]:
-        """What does not come, so that there are no states; empty if there are."""
+        """Missing messages, without which there are no states; empty if there are states."""
         if not self.is_message_overdue(STATE):
             return []
         return [name for name in ESSENTIAL if self.is_message_overdue(name)] or ["position"]
 
     def recent_text(self) -> str:
-        """What the autopilot has said of late that may be a reason; "" if it has said nothing."""
+        """Recent text of the autopilot that may be a reason; "" without one."""
         return self._text if self._age(self._text_at) <= RECENT else ""
 
     def receive(self, message: ReceivedMessage, now: float) -> Iterator[tuple[str, imc.Message]]:
-        """What a message says, each with the label of its entity, and the time of the measurement in its header."""
+        """Convert a message to IMC, with the label of its entity, and the time of the measurement in its header."""
         name, values = message.name, message.values
         if name == "GLOBAL_POSITION_INT" and not self._note_place(values):
             return
@@ -113,7 +113,7 @@ class Telemetry:
         return fix
 
     def geoid_warning(self) -> str:
-        """What is wrong with the undulation, once; "" if it may be right."""
+        """Warning of a wrong undulation, once; "" if it may be right."""
         if self._warned or not abs(self._geoid - self.undulation) > GEOID_ERROR:
             return ""
         self._warned = True

@@ -12,7 +12,7 @@ PX4_AUTO, PX4_ORBIT, PX4_OFFBOARD = 4 * PX4_MAIN, 3 * PX4_MAIN + PX4_SUB, 6 * PX
 
 @dataclass(frozen=True, slots=True)
 class SteeredVehicle:
-    """What an autopilot steers, and the numbers (`custom_mode`) of its modes; None for those that it lacks.
+    """Vehicle that an autopilot steers, and the numbers (`custom_mode`) of its modes; None for missing ones.
 
     `mission` is the mode in which it carries out the mission in its memory, `instead` that for a hold that is refused.
     `flies`: it takes off, and must not be disarmed in the air. `targets`: it follows a stream of

@@ -51,7 +51,7 @@ def _loiter_turns(builder: PlanBuilder, item: Item) -> None:
 
 
 def turns_duration(turns: float, radius: float, leg: Mapping[str, Any], context: ConversionContext) -> int:
-    """How long (s) turns take. Raises MissionError for a speed that is not in m/s."""
+    """Duration (s) of turns. Raises MissionError for a speed that is not in m/s."""
     if leg["speed_units"] != imc.SpeedUnits.METERS_PS or not leg["speed"] > 0.0:
         raise MissionError(MissionResult.INVALID_PARAM1, "turns need a speed in m/s, not in %")
     return round(turns * math.tau * max(abs(radius), context.tightest) / leg["speed"])
@@ -195,7 +195,7 @@ COMMANDS: Mapping[int, Callable[[PlanBuilder, Item], None]] = {
     MissionCommand.VIDEO_STOP_CAPTURE: _camera,
     MissionCommand.DO_SET_CAM_TRIGG_DIST: _camera,
 }
-"""How each command becomes maneuvers."""
+"""Converters of each command to maneuvers."""
 
 UNKNOWN: Mapping[int, str] = {
     177: "DO_JUMP is not supported: items are flown once, in their order",

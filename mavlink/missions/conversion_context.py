@@ -27,7 +27,7 @@ DIGITS = 9  # decimals that a float of 32 bits may need
 
 
 class Level(NamedTuple):
-    """Where a maneuver is vertically, as in its fields."""
+    """Vertical position of a maneuver, as in its fields."""
 
     z: float
     z_units: int

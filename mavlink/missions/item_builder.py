@@ -304,4 +304,4 @@ MANEUVERS: Mapping[type[Any], Callable[[ItemBuilder, Chain], int]] = {
     imc.Rows: _rows,
     imc.RowsCoverage: _rows,
 }
-"""How each maneuver becomes items; all others are waypoints."""
+"""Converters of each maneuver to items; all others are waypoints."""

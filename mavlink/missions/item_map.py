@@ -1,4 +1,4 @@
-"""Which items of a mission are which maneuvers of its plan."""
+"""Map from the items of a mission to the maneuvers of its plan."""
 
 from dataclasses import dataclass
 

@@ -70,5 +70,5 @@ def _meaning(maneuver: imc.Message | None, context: ConversionContext) -> dict[s
 
 
 def _settings_of(actions: tuple[imc.Message | None, ...]) -> list[object]:
-    """What actions do, without addresses and times."""
+    """Effects of actions, without addresses and times."""
     return [None if action is None else action.to_dict() for action in actions]

@@ -62,7 +62,7 @@ BY_HAND = frozenset({"MANUAL", "ACRO"})
 
 
 def scan_dataflash(log: DataFlash) -> LoggedFlight:
-    """What the whole file says about the vehicle: parameters and the first good time come late."""
+    """Read the description of the vehicle from the whole file: parameters and the first good time come late."""
     flight, afloat = LoggedFlight(), False
     for time, name, values, _ in log.read(frozenset({"PARM", "MSG", "VER", "GPS"})):
         value = values.get("Value")
@@ -156,7 +156,7 @@ class DataFlashTranslator:
         yield from with_times([*waiting, *messages], time, record.time)
 
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
-        """What is left at the end of the log."""
+        """Remaining messages at the end of the log."""
         yield from with_times(self._parameters.flush(), time, self._time)
 
     def _attitude(self, m: Any) -> TranslatedMessages:

@@ -67,7 +67,7 @@ def estimated_state(
 
 @dataclass(frozen=True, slots=True)
 class GpsMeasurement:
-    """What a GPS says, None where it does not: degrees, m, m/s; `utc` in s since 1970; `fix` as in GPS_RAW_INT."""
+    """Measurement of a GPS, None where missing: degrees, m, m/s; `utc` in s since 1970; `fix` as in GPS_RAW_INT."""
 
     fix: int
     lat: float
@@ -120,7 +120,7 @@ class GpsMeasurement:
 def battery_messages(
     label: str, volts: float | None, amperes: float | None, percent: float | None
 ) -> TranslatedMessages:
-    """What a battery says; None where it does not."""
+    """Messages of a battery; None for missing values."""
     if volts is not None:
         yield label, imc.Voltage(value=volts)
     if amperes is not None:
@@ -173,7 +173,7 @@ def with_times(messages: TranslatedMessages, time: float, measured: float) -> It
 
 @dataclass(slots=True)
 class LoggedFlight:
-    """What is known of a vehicle before its log is translated; `start` is the UTC time at which its clock was 0."""
+    """Description of a vehicle before its log is translated; `start` is the UTC time at which its clock was 0."""
 
     system: int = 1
     type: int = 0

@@ -93,7 +93,7 @@ class TransactionTranslator:
         yield from with_times(messages, time, 0.0)
 
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
-        """What is left at the end of the recording."""
+        """Remaining messages at the end of the recording."""
         yield from with_times(self._parameters.flush(), time, 0.0)
 
     def _heartbeat(self, received: ReceivedMessage, m: Any) -> TranslatedMessages:
@@ -180,7 +180,7 @@ class TransactionTranslator:
         yield AUTOPILOT, log_entry(INFORMATION, "mission", f"{words}: maneuver {maneuver}" if told else words)
 
     def _event(self, received: ReceivedMessage, m: Any) -> TranslatedMessages:
-        """What it says is in a file of the autopilot, which is not in the recording: the number and the arguments."""
+        """Number and arguments of an event; its text is in a file of the autopilot, which is not in the recording."""
         level = m["log_levels"] & 0x0F
         if received.system != self._system or level > LOWEST or self._events.is_duplicate(m["sequence"]):
             return
@@ -189,7 +189,7 @@ class TransactionTranslator:
         yield AUTOPILOT, log_entry(level, "EVENT", f"{words}, arguments {arguments}" if arguments else words)
 
     def _current(self, received: ReceivedMessage, m: Any) -> TranslatedMessages:
-        """Which item the vehicle flies; the item of a mission that the recording lacks is named by number."""
+        """Item that the vehicle flies; the item of a mission that the recording lacks is named by number."""
         phases, outcomes = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
         mission = self._mission
         done = m.get("mission_state") == COMPLETE

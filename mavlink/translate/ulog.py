@@ -50,7 +50,7 @@ PLACES = ("vehicle_gps_position", "sensor_gps")
 
 
 def scan_ulog(log: ULog) -> LoggedFlight:
-    """What the whole file says about the vehicle; the time comes with the first position of a GPS."""
+    """Read the description of the vehicle from the whole file; the time comes with the first position of a GPS."""
     flight = LoggedFlight()
     for time, name, values, _ in log.read(frozenset({PARAMETER, *PLACES})):
         value = values.get("value")
@@ -124,7 +124,7 @@ class ULogTranslator:
         yield from with_times([*waiting, *messages], time, record.time)
 
     def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
-        """What is left at the end of the log."""
+        """Remaining messages at the end of the log."""
         yield from with_times(self._parameters.flush(), time, self._time)
 
     def _attitude(self, m: Any) -> TranslatedMessages:

@@ -15,7 +15,7 @@ ILL = (State.ERROR, State.FAILURE)
 
 
 class ArmingChecks:
-    """What entities and messages say about the vehicle; `entities` gives those whose state counts for arming.
+    """Checks of the vehicle by entities and messages; `entities` gives those whose state counts for arming.
 
     `aligned`: the navigation has known the position. `supervisor_silent`: VehicleState is missing. `aborted`: an Abort
     came a short time ago, or the vehicle has not recovered from it.

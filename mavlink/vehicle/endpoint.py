@@ -49,12 +49,12 @@ TICK_PERIOD = 1.0  # s
 UNLISTED = "unlisted"
 NO_RELAYS = RelayNames()
 CHANGES = (imc.VehicleState, imc.PlanControlState, imc.ArmingState, imc.AutopilotMode)
-"""What can change the mode or arming."""
+"""Messages that can change the mode or arming."""
 
 
 @dataclass(frozen=True, slots=True)
 class VehicleEquipment:
-    """What a vehicle has for ground stations, besides its state; of `cameras` the first six count."""
+    """Equipment of a vehicle for ground stations, besides its state; of `cameras` the first six count."""
 
     parameters: Sequence[ParameterView]
     files: FileStore
@@ -287,7 +287,7 @@ class VehicleEndpoint:
 
     @property
     def urgent_state(self) -> tuple[tuple[Mode, bool, bool], tuple[int, int, int]]:
-        """What stations must learn immediately: mode, arming, an Abort; state and progress of the mission."""
+        """State that stations must receive immediately: mode, arming, an Abort; state and progress of the mission."""
         return self.model.urgent_state, self.mission.progress
 
     def send_changes(self, now: float) -> None:

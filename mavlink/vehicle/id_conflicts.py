@@ -13,7 +13,7 @@ NAMED = 3  # in the state of the entity
 
 
 class IdConflicts:
-    """Whom else the vehicle's id belongs to; `warn` reports the first ones, once."""
+    """Other systems with the vehicle's id; `warn` reports the first ones, once."""
 
     def __init__(self, system: int, components: frozenset[int], warn: Callable[[str], object]) -> None:
         self._system = system
@@ -45,7 +45,7 @@ class IdConflicts:
         self._heard[twin] = now
 
     def trouble(self, now: float) -> str:
-        """What is wrong now; empty if nothing is."""
+        """Present conflict; empty without one."""
         fresh = [twin for twin, heard in self._heard.items() if now - heard < FRESH]
         if not fresh:
             return ""

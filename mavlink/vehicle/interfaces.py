@@ -29,7 +29,7 @@ class VehiclePort(Protocol):
 
 
 class VehicleOptions(Protocol):
-    """What people can change while the vehicle runs: each is read when it is needed."""
+    """Options that people can change while the vehicle runs: each is read when it is needed."""
 
     @property
     def rates(self) -> Mapping[str, float]:
@@ -66,7 +66,7 @@ class VehicleOptions(Protocol):
 
     @property
     def clock_speed(self) -> float:
-        """How many seconds pass for the vehicle in one of ground stations."""
+        """Seconds of the vehicle's clock per second of ground stations."""
         ...
 
     @property
@@ -92,7 +92,7 @@ class EntityView(Protocol):
 
 
 class ParameterDeclaration(Protocol):
-    """What a parameter may be; `type` is bool, int, float or str, with `is_list` of each item."""
+    """Declaration of a parameter; `type` is bool, int, float or str, with `is_list` of each item."""
 
     @property
     def name(self) -> str: ...
@@ -213,7 +213,7 @@ class FileStore(Protocol):
         ...
 
     def entries(self, path: Sequence[bytes], names: Iterable[bytes]) -> Generator[FileEntry | None]:
-        """What is in a folder by these names; None if it was removed. Raises OSError."""
+        """Entries of a folder by these names; None if it was removed. Raises OSError."""
         ...
 
     def open(self, path: Sequence[bytes]) -> OpenFile:
@@ -230,7 +230,7 @@ class Thumbnail(NamedTuple):
 
 
 class PictureStore(Protocol):
-    """Where the vehicle stores its pictures; a file is a path below the folder of its logs."""
+    """Store of the vehicle's pictures; a file is a path below the folder of its logs."""
 
     def usage(self) -> tuple[float, float, float]:
         """Total, used and free bytes; 0: unknown."""

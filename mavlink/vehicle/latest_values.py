@@ -33,7 +33,7 @@ ShownMessages = (
     | imc.AutopilotMode
     | imc.OperationalLimits
 )
-"""What ground stations see of the bus."""
+"""Messages of the bus that ground stations see."""
 BATTERY = "Batter"
 LANDS = "LAND"  # AutopilotMode of an aircraft that lands by itself
 

@@ -30,7 +30,7 @@ ARRIVING_PLANS = frozenset(("goto", "takeoff"))
 
 @dataclass(frozen=True, slots=True)
 class VehicleIdentity:
-    """Who a vehicle is in MAVLink.
+    """Identity of a vehicle in MAVLink.
 
     boot: when it started, in s since 1970. undulation: the height of the geoid above the ellipsoid, in m.
     """
@@ -168,12 +168,12 @@ class VehicleModel:
 
     @property
     def urgent_state(self) -> tuple[Mode, bool, bool]:
-        """What ground stations must learn immediately: mode, arming, an Abort."""
+        """State that ground stations must receive immediately: mode, arming, an Abort."""
         return self.mode, self.armed_or_moving, self.health.aborted
 
     @property
     def mode(self) -> Mode:
-        """What the vehicle does; HOLD also if a ground station asked for it and nothing else goes on."""
+        """Mode of the vehicle; HOLD also if a ground station asked for it and nothing else is done."""
         if self.airborne and self.latest.is_landing:
             return Mode.LAND
         vehicle = self.latest.vehicle
@@ -199,7 +199,7 @@ class VehicleModel:
 
     @property
     def active_guided_plan_id(self) -> str:
-        """What a ground station has asked for and the vehicle does, by a single order; empty if nothing."""
+        """Plan that the vehicle executes for a single order of a ground station; empty without one."""
         plan = self.latest.plan
         return (
             plan.plan_id

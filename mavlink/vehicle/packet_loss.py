@@ -1,4 +1,4 @@
-"""How many frames of each sender were lost on their way, or came twice, by their sequence numbers."""
+"""Counts of lost and repeated frames of each sender, by their sequence numbers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ ONCE = frozenset(
         *("MISSION_COUNT", "MISSION_WRITE_PARTIAL_LIST", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT", "MISSION_ACK"),
     }
 )
-"""What must not be obeyed twice: a copy of an older order could come after a newer one."""
+"""Messages that must not be obeyed twice: a copy of an older order could come after a newer one."""
 
 
 class SenderLoss(NamedTuple):
@@ -52,7 +52,7 @@ class _Sender:
 
 
 class SequenceTracker:
-    """What has come from one peer, behind which several senders may be.
+    """Received frames of one peer, behind which several senders may be.
 
     Frames of messages that the dialect lacks, and those that were dropped unread, count as lost. `speed` s pass here in
     one of the peer.

@@ -56,7 +56,7 @@ class MessageSource(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkTraits:
-    """How a peer is reached.
+    """Traits of the link to a peer.
 
     speed: seconds of the vehicle's time that pass in one of the peer's. line: bytes per second that reach it. low:
     whether it gets few of them unless it asks for more. sign: makes the signatures of frames. takes_more: whether what

@@ -1,4 +1,4 @@
-"""How fast, deep, high and far the vehicle may be sent, by its profile and its operational limits."""
+"""Limits of speed, depth, height and distance of the vehicle, by its profile and its operational limits."""
 
 import math
 from collections.abc import Callable

@@ -213,12 +213,12 @@ class CameraComponent:
         self._found[mug.id] = cameras_from_imc.Detection(mug.id, lat, lon, here.altitude - below, distance, now)
 
     def latest_detection(self, now: float) -> cameras_from_imc.Detection | None:
-        """What was detected last, while that is not long ago."""
+        """Latest detection, while that is not long ago."""
         latest = next(reversed(self._found.values()), None)
         return latest if latest is not None and now - latest.time < ACTIVE else None
 
     def map_markers(self, now: float) -> Iterable[cameras_from_imc.Detection]:
-        """What is shown on maps."""
+        """Markers on maps."""
         return (
             [found for found in self._found.values() if now - found.time < LASTING]
             if self.model.options.detection_markers

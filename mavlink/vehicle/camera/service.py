@@ -193,4 +193,4 @@ def _legacy_request(name: str) -> Callable[[Session, CommandRequest, float], Com
 
 SET_MODE, START_CAPTURE, STOP_CAPTURE = 530, 2000, 2001
 CAMERA_COMMANDS = frozenset((*message_requests.LEGACY_REQUESTS, SET_MODE, START_CAPTURE, STOP_CAPTURE))
-"""What a camera does and other components do not."""
+"""Commands of cameras that other components lack."""

@@ -24,7 +24,7 @@ class Light(NamedTuple):
 
 
 class Button(NamedTuple):
-    """What a button does: one of MODES, or "relay", "brighter", "darker" with the number of relay or servo."""
+    """Function of a button: one of MODES, or "relay", "brighter", "darker" with the number of relay or servo."""
 
     number: int
     action: str
@@ -60,7 +60,7 @@ class RelayNames(NamedTuple):
 
 
 class Relays:
-    """What of the vehicle a ground station switches; `publish` sends a message to the vehicle.
+    """Relays and lights that a ground station switches; `publish` sends a message to the vehicle.
 
     `act(mode)` carries out one of MODES.
     """

@@ -99,6 +99,6 @@ class PendingCommand:
 
 
 def _meaning(message: ReceivedMessage) -> tuple[object, ...]:
-    """What an order says, bit by bit, without the count of its repetitions."""
+    """Content of an order, bit by bit, without the count of its repetitions."""
     values = {**message.values, "confirmation": 0}
     return message.name, message.definition.pack(values)

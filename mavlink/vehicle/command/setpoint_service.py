@@ -18,7 +18,7 @@ GUIDED, ALTITUDE_ONLY = 2, 3  # field current of an item that is an order
 
 
 class SetpointService(MavlinkService):
-    """What moves the vehicle, besides commands and missions."""
+    """Setpoints that move the vehicle, besides commands and missions."""
 
     def __init__(self, targets: CommandTargets) -> None:
         self._targets = targets

@@ -34,7 +34,7 @@ FARTHEST_HOME = 50_000.0  # m from the vehicle
 
 
 class CommandTargets(NamedTuple):
-    """What commands act on."""
+    """Parts of the vehicle that commands act on."""
 
     control: VehicleControl
     offboard: OffboardTarget

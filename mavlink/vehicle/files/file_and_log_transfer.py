@@ -17,7 +17,7 @@ Asker = tuple[Session, int, int]
 
 
 class FileAndLogTransfer(MavlinkService):
-    """What stations read of the virtual files, and their logs; each gets only what it asked for itself.
+    """Transfer of the virtual files and the logs to stations; each gets only what it asked for itself.
 
     All readers share PACKETS_AT_ONCE in a period, each at least one packet, so that many of them delay nobody else.
     """

@@ -91,7 +91,7 @@ class FtpRequest:
 
     @property
     def count(self) -> int:
-        """How many bytes to read."""
+        """Number of bytes to read."""
         return self.size if 0 < self.size <= MOST_DATA else MOST_DATA
 
     def answer(self, data: bytes = b"", *, step: int = 1, offset: int | None = None, complete: bool = False) -> bytes:

@@ -59,7 +59,7 @@ class _Sum:
 
 @dataclass(slots=True)
 class _Dialogue:
-    """What is kept of one asker."""
+    """State that is kept of one client."""
 
     heard: float
     sessions: dict[int, _Session] = field(default_factory=dict[int, _Session])
@@ -210,7 +210,7 @@ class FtpServer:
         return None
 
     def _list(self, dialogue: _Dialogue, request: FtpRequest, now: float) -> bytes:
-        """Who asks for the rest of a folder gets that of the same listing, also if the folder has changed meanwhile."""
+        """List a folder; the rest comes from the same listing, also if the folder has changed meanwhile."""
         age = now - dialogue.listed
         if dialogue.path != request.data or age > (self._timeout if request.offset else FRESH):
             dialogue.path = None

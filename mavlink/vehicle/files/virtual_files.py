@@ -53,7 +53,7 @@ class VirtualFiles:
         return sorted(item for item in found if not item[0].startswith(HIDDEN))
 
     def entries(self, path: bytes, names: Iterable[bytes]) -> Generator[FileEntry | None]:
-        """What is in a folder by these names; None if it was removed. Raises OSError."""
+        """Entries of a folder by these names; None if it was removed. Raises OSError."""
         parts = _parts(path)
         if parts:
             yield from self._store.entries(parts, names)

@@ -155,7 +155,7 @@ class MissionStore:
 
     @property
     def progress(self) -> tuple[int, int, int]:
-        """What stations must learn immediately: the state, the item, and which mission it is."""
+        """Progress that stations must receive immediately: the state, the item, and the mission."""
         return self.state, self.current, id(self.plan)
 
     @property

@@ -69,7 +69,7 @@ SHORT: Mapping[str, str] = {
     "VELOCITY": "VEL",
     "VEHICLE": "VEH",
 }
-"""How often used words are written where the name in full is too long; to be changed only with great care: stations
+"""Abbreviations of frequent words where the name in full is too long; to be changed only with great care: stations
 store parameters by name."""
 STANDARD: Mapping[str, tuple[str, str]] = {"MIS_TAKEOFF_ALT": ("MAVLink", "Takeoff Altitude")}
 """Names that MAVSDK reads and sets without a list, as of a PX4, with the entity label and parameter that each means."""
