@@ -1,4 +1,4 @@
-"""How long a multirotor descends without a state, and when it uses one again."""
+"""Descent of a multirotor without a state: its duration, and the return to a state."""
 
 import math
 

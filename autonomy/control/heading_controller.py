@@ -39,7 +39,7 @@ class HeadingController:
         self._heading_law.reset()
 
     def error(self, psi: float) -> float:
-        """How far the desired heading is to starboard of `psi` (rad); 0 without a reference."""
+        """Angle of the desired heading to starboard of `psi` (rad); 0 without a reference."""
         return wrap(self.heading - psi) if self.heading is not None else 0.0
 
     def effort(self, mask: int, psi: float, r: float, dt: float, limit: float) -> float | None:

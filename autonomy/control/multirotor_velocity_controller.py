@@ -80,7 +80,7 @@ class MultirotorController:
         self._blind = PID.from_gains(SPEED_GAINS)
 
     def stopping_point(self, state: imc.EstimatedState) -> Vector:
-        """Where the vehicle comes to rest if it brakes now (m north, east, down)."""
+        """Point where the vehicle comes to rest if it brakes now (m north, east, down)."""
         velocity = state.vx, state.vy, state.vz
         seconds = 0.5 * norm(velocity) / self.gains.acceleration + REACTION
         return add((state.x, state.y, state.z), velocity, seconds)

@@ -75,7 +75,7 @@ class MultirotorGuidance:
         return wanted
 
     def progress(self, state: imc.EstimatedState) -> PathProgress:
-        """Where the vehicle is on its path, and how it moves."""
+        """Position of the vehicle on its path, and its motion."""
         line, circle, at = self.line, self.circle, (state.x, state.y, state.z)
         left, across = line.distance_to_end(at), line.cross_track_distance(at)
         if self.landing:

@@ -69,7 +69,7 @@ class Line:
         return add(add(at, self.end, -1.0), self.direction, self.distance_to_end(at))
 
     def cross_track_distance(self, at: Vector) -> float:
-        """How far a point is to starboard of the line over ground (m); its distance from a vertical line."""
+        """Distance of a point to starboard of the line over ground (m); its distance from a vertical line."""
         north, east = at[0] - self.end[0], at[1] - self.end[1]
         if self.horizontal_length < 0.1:
             return math.hypot(north, east)
@@ -97,7 +97,7 @@ class Circle:
     side: int = 1
 
     def distance_outside(self, at: Vector) -> float:
-        """How far a point is outside the circle over ground (m); negative inside."""
+        """Distance of a point outside the circle over ground (m); negative inside."""
         return math.hypot(at[0] - self.center[0], at[1] - self.center[1]) - self.radius
 
     def velocity(self, at: Vector, pace: MotionLimits) -> Vector:

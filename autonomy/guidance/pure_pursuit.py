@@ -9,7 +9,7 @@ from support.planar_geometry import bearing as bearing_between
 
 @dataclass(frozen=True)
 class PurePursuitGains:
-    """How far ahead a circle is aimed at."""
+    """Distance ahead at which the vehicle aims on a circle."""
 
     lookahead: float  # m
 

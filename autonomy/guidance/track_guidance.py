@@ -29,7 +29,7 @@ class SteeringLaw(Protocol):
 
 @dataclass(frozen=True)
 class TrackGuidanceGains:
-    """What TrackGuidance controls, and when it arrives."""
+    """Settings of TrackGuidance."""
 
     controls_course: bool = True  # else the heading
     arrival_time: float = 5.0  # s before the end of a track, when the vehicle arrives

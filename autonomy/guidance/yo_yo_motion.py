@@ -13,7 +13,7 @@ BLIND = 60.0  # s for which the altitude may be unknown, if it is to be followed
 
 
 class Slope(IntEnum):
-    """Where the vehicle points."""
+    """Slope of the vehicle: up, down or level."""
 
     UP = 1
     LEVEL = 0

@@ -79,14 +79,14 @@ class AttitudeCheck:
 
     @property
     def fault(self) -> str:
-        """What is wrong, for people; empty if nothing is."""
+        """Fault, for people; empty without one."""
         if abs(self._heading.value) > HEADING_LAG * self._patience:
             return "heading does not follow the turn rate"
         return self.tilt_fault
 
     @property
     def tilt_fault(self) -> str:
-        """What is wrong with roll or pitch; empty if nothing is."""
+        """Fault of roll or pitch; empty without one."""
         if abs(self._pitch.value) > LEAN_LAG * self._patience:
             return "pitch does not follow the turn rate"
         return "roll does not follow the turn rate" if abs(self._roll.value) > LEAN_LAG * self._patience else ""
@@ -162,12 +162,12 @@ class DepthCheck:
 
     @property
     def disagreement(self) -> float:
-        """How far depth and vertical speed disagree (m)."""
+        """Disagreement of depth and vertical speed (m)."""
         return max(abs(self._velocity.value), abs(self._motor.value), self.drift)
 
     @property
     def drift(self) -> float:
-        """How far the depth has drifted from the vertical speed, beyond what is allowed (m)."""
+        """Drift of the depth from the vertical speed, beyond the allowed one (m)."""
         return self._drift.value
 
     def _compare(self) -> None:

@@ -9,7 +9,7 @@ COARSE = 10  # a sensor that repeats fewer values than this and goes on has a co
 
 
 class GateDecision(Enum):
-    """What to do with a measurement: take it, ignore it, or start again from it."""
+    """Decision on a measurement: take it, ignore it, or start again from it."""
 
     ACCEPTED = auto()
     REJECTED = auto()
@@ -104,7 +104,7 @@ class NoiseMonitor:
 
 @dataclass
 class Disagreement:
-    """How far two sensors have moved apart lately: the sum of their differences, forgotten within `memory` s."""
+    """Recent divergence of two sensors: the sum of their differences, forgotten within `memory` s."""
 
     memory: float
     value: float = 0.0

@@ -23,7 +23,7 @@ UNKNOWN_MOTION = 0.5  # s without samples, after which a depth is not predicted
 
 
 class WarningLog(Protocol):
-    """Where warnings for people go."""
+    """Receiver of warnings for people."""
 
     def warning(self, text: str) -> object: ...
 
@@ -47,7 +47,7 @@ class SensorChecks:
 
     @property
     def depth_error_bound(self) -> float:
-        """How far a faulty depth may be off (m), 0 if it is sound."""
+        """Greatest error of a faulty depth (m), 0 if it is sound."""
         return self._depth.disagreement if self._depth.fault else 0.0
 
     def resume(self, stall: float) -> None:
@@ -175,7 +175,7 @@ class SensorChecks:
         return self._held_fault if now < self._held_until else ""
 
     def status(self, now: float) -> str:
-        """What navigation works with, for people: names the optional sensors that are silent or rejected."""
+        """Sensors that navigation uses, for people: names the optional sensors that are silent or rejected."""
         inputs, position = self._inputs, self._estimator.position
         silent = ["DVL"] if inputs.lacks_velocity(now) else []
         silent += ["altitude"] if inputs.altitude == UNKNOWN_ALTITUDE else []

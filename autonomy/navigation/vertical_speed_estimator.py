@@ -180,7 +180,7 @@ class VerticalSpeedEstimator:
 
     @property
     def fault(self) -> str:
-        """Which sensor shows what was some time before, for people; empty if none does."""
+        """Sensor whose values are delayed, for people; empty without one."""
         if self._response.lags:
             return "acceleration does not follow the thrust"
         return "pressure does not follow the acceleration" if self._lag.contradicts else ""

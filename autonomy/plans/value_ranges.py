@@ -1,4 +1,4 @@
-"""How large the numbers of maneuvers may be: more than any vehicle can do, so no plan that can be flown is refused."""
+"""Ranges of the numbers of maneuvers: wider than any vehicle needs, so each plan that can be flown is accepted."""
 
 from collections.abc import Iterator, Mapping
 
