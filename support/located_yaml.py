@@ -156,7 +156,7 @@ def parse_yaml_tree(text: str, file: str, error: type[LocatedError] = LocatedErr
 
 
 def _brackets(text: str) -> int:
-    """How many brackets are open at the end of a part of a line."""
+    """Number of brackets that are open at the end of a part of a line."""
     unquoted = _QUOTED.sub("", text)
     return sum((letter in "[{") - (letter in "]}") for letter in unquoted)  # integers
 

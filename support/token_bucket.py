@@ -17,7 +17,7 @@ class TokenBucket:
         self.left, self.now = burst, -math.inf
 
     def refill(self, now: float) -> float:
-        """How much may pass at the time `now` (s)."""
+        """Amount that may pass at the time `now` (s)."""
         if now != self.now:
             self.left = min(self.burst, self.left + max(0.0, now - self.now) * self.rate)
             self.now = now

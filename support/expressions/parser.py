@@ -26,7 +26,7 @@ from support.units import UNITS, unit_suggestion
 R = TypeVar("R")
 MAX_CHARACTERS = 1000
 MAX_NESTING = 50
-"""How many brackets, calls, signs and negations may be inside each other."""
+"""Greatest depth of nested brackets, calls, signs and negations."""
 
 COMPARISONS = ("<", "<=", ">", ">=", "==", "!=", "~")
 _CORRECTIONS = {"=>": ">=", "=<": "<=", "=": "==", "&": "and", "|": "or"}
