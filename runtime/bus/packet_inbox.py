@@ -121,7 +121,7 @@ class PacketInbox:
 
 
 def packet_queue_key(packet: bytes) -> Place:
-    """Whose packet it is, and whether it is a command or an Abort; what is no packet has no source."""
+    """Source of the packet, and whether it is a command or an Abort; what is no packet has no source."""
     if len(packet) < SMALLEST_PACKET:
         return UNKNOWN_SYSTEM, False
     kind, source, destination = (LITTLE if packet[0] == LITTLE_ENDIAN else BIG)(packet)

@@ -22,7 +22,7 @@ FLUSH_PERIOD = 0.02  # s
 LOG_PERIOD = 30 * SECOND  # between two equal entries in the log book: a cable may be loose
 SHOWN = 60  # characters of a piece in the log book
 NOT_UNDERSTOOD = (ValueError, LookupError, struct.error)
-"""What a handler raises for a piece that is no good: `float("1x")`, `fields[7]`."""
+"""Errors that a handler raises for a malformed piece: `float("1x")`, `fields[7]`."""
 
 
 class DeviceLog(Protocol):

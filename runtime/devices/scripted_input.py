@@ -9,7 +9,7 @@ from runtime.kernel import SECOND, nanoseconds
 PORTION = 64  # bytes of a recording without times that arrive at once
 
 InputScript = bytes | str | Path | Iterable[tuple[float, bytes | str | None]]
-"""What a device sends: bytes or text at the speed of the line, a file of such, or portions with their times.
+"""Input that a device sends: bytes or text at the speed of the line, a file of such, or portions with their times.
 
 Times are in s from the start of the device. None instead of a portion unplugs the device; the next portion plugs it in.
 """

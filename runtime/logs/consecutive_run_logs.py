@@ -1,4 +1,4 @@
-"""Which logs belong to one run of a vehicle: each log says which one of the run it is."""
+"""Logs of one run of a vehicle: each log contains its number in the run."""
 
 import re
 from collections import Counter

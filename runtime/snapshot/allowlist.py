@@ -24,7 +24,7 @@ from support.top_level_packages import PACKAGES
 
 OWN = frozenset(PACKAGES) - {"shoal"}
 PARTS = (Task, Ticker, Script, Activation, Entity, EntityTable, SystemTable, Bus, Subscription, Kernel, Timer, Vehicle)
-"""What a snapshot can name, but not contain."""
+"""Objects that a snapshot can name, but not contain."""
 OF_TASK = frozenset(
     {
         "publish",

@@ -1,4 +1,4 @@
-"""How a process joins the bus through zenoh; by default only on the loopback interface."""
+"""Configuration of a process that joins the bus through zenoh; by default only on the loopback interface."""
 
 import json
 import re

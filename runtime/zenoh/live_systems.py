@@ -1,4 +1,4 @@
-"""Which systems are on the bus themselves, by the tokens of their processes."""
+"""Systems that are on the bus themselves, by the tokens of their processes."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast

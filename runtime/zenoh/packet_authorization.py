@@ -17,7 +17,7 @@ from runtime.zenoh.unlisted_consoles import UnlistedConsoles
 
 TO_ALL = UNKNOWN_SYSTEM, ANNOUNCED, BROADCAST
 OBEYED_FROM_ALL = {imc.Abort.ID: "an Abort", imc.MessagePart.ID: "a part of a message, which may be a command,"}
-"""What a vehicle takes from everybody though it is addressed to nobody; of another vehicle it is that one's own."""
+"""Messages that a vehicle takes from all though they have no addressee; those of another vehicle are its own."""
 MOST_KEYS = 4096
 
 LITTLE, BIG = (struct.Struct(order + "2xH10xHxH").unpack_from for order in "<>")  # id, source, destination

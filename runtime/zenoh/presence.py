@@ -1,4 +1,4 @@
-"""Which process runs which part of a vehicle: one name, one vehicle on a network.
+"""Tokens of the processes that run the parts of a vehicle: one name, one vehicle on a network.
 
 Each process declares a liveliness token that names vehicle, host, process and entities; zenoh withdraws it when the
 process ends or crashes, whatever state Python is in. The key is documented in docs/zenoh.md.
