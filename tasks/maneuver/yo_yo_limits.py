@@ -1,4 +1,4 @@
-"""How deep the maneuvers that zigzag in depth may go."""
+"""Depth limits of the maneuvers that zigzag in depth."""
 
 import math
 from functools import partial

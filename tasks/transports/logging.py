@@ -57,7 +57,7 @@ class Logging(Task):
 
     transient = ("_logs",)
     lost = ""
-    """What the log lacks, for people; empty if it is complete."""
+    """Missing parts of the log, for people; empty if it is complete."""
 
     def configure(self) -> None:
         if not hasattr(self, "_logs"):  # it goes on if the task is restarted

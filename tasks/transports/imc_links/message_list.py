@@ -1,4 +1,4 @@
-"""Which messages a transport sends, how often and of which entities, in the syntax of DUNE's options."""
+"""Messages that a transport sends, with rates and entities, in the syntax of DUNE's options."""
 
 import math
 from collections.abc import Callable, Iterable

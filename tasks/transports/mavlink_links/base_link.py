@@ -23,7 +23,7 @@ SILENCE = 5.0  # s after which a station may have to make room for another
 
 
 class LinkHost(DeviceOwner, Protocol):
-    """What links need of their task; `clock_speed` is that of its clock."""
+    """Interface of a task for its links; `clock_speed` is that of its clock."""
 
     maximum_peers: int
     clock_speed: float
@@ -197,7 +197,7 @@ class Link:
             self._host.log.warning(f"{self.url.text} {words}")
 
     def summarize_excess_senders(self) -> str:
-        """Who has sent too much since the last call, for people; empty if nobody."""
+        """Senders of too much since the last call, for people; empty without any."""
         dropped = self.dropped.drain()
         worst = dropped.most_common(3)
         rest = len(dropped) - len(worst)
@@ -205,7 +205,7 @@ class Link:
         return named + (f" and those of {rest} more" if rest else "")
 
     def statistics_text(self) -> str:
-        """What was counted, for people; empty if nothing was."""
+        """Counters, for people; empty if all are 0."""
         losses = sorted(
             (loss for session in self.sessions.values() for loss in session.received.sender_losses()),
             key=lambda loss: -loss.lost,

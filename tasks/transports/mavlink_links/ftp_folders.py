@@ -53,7 +53,7 @@ class DiskFolders:
         return sorted((name, is_folder) for name, is_folder in found if is_folder is not None)
 
     def entries(self, path: Sequence[bytes], names: Iterable[bytes]) -> Generator[FileEntry | None]:
-        """What is in a folder by these names; None if it was removed. Raises OSError."""
+        """Entries of a folder by these names; None if it was removed. Raises OSError."""
         with self._folder(path) as folder:
             yield from (_entry(folder, name) for name in names)
 

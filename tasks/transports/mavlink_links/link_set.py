@@ -38,7 +38,7 @@ class LinkSet:
 
     @property
     def drop_counts(self) -> Counter[str]:
-        """What was not taken or sent, by reason."""
+        """Number of dropped packets, received or to be sent, by reason."""
         found: Counter[str] = Counter()
         for link in self.links:
             found.update(link.counts)
@@ -55,7 +55,7 @@ class LinkSet:
             self._host.log.warning(f"frames dropped, {limit}: {excess}")
 
     def state(self, trouble: str = "") -> tuple[State, str]:
-        """What does not work, who is in contact, and what was counted; `trouble` is another fault of the links."""
+        """State with faults, peers in contact, and counters; `trouble` is another fault of the links."""
         troubles = [*self._wrong, *(link.trouble for link in self.links if link.trouble)]
         works = len(troubles) < len(self._wrong) + len(self.links)
         troubles = [trouble, *troubles] if trouble else troubles

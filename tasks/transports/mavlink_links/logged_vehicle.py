@@ -46,11 +46,11 @@ MODES: Mapping[str, Mode] = {
     "OFFBOARD": Mode.OFFBOARD,
     "MANUAL": Mode.MANUAL,
 }
-"""What the modes of other autopilots are; in all others somebody steers."""
+"""Meaning of the modes of other autopilots; in all others a pilot steers."""
 
 
 class LoggedIdentity(NamedTuple):
-    """Who wrote a log: IMC id, name, kind of vehicle, id in MAVLink, height of the geoid above the ellipsoid in m."""
+    """Writer of a log: IMC id, name, kind of vehicle, id in MAVLink, height of the geoid above the ellipsoid in m."""
 
     imc_id: int
     name: str

@@ -1,4 +1,4 @@
-"""How AirSim's camera is fixed in its vehicle, and where the vehicle was at the instant of a picture."""
+"""Mount of AirSim's camera in its vehicle, and pose of the vehicle at the instant of a picture."""
 
 import math
 
