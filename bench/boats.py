@@ -1,4 +1,4 @@
-"""How well boats follow their plans, by true position: legs, corners, stations, current and wind.
+"""Accuracy of boats along their plans, by true position: legs, corners, stations, current and wind.
 
 `python bench/boats.py` flies the boats and prints a table; `--picture FILE.svg` draws the tracks.
 """
@@ -52,7 +52,7 @@ def of_leg(voyage: dict, leg: int) -> np.ndarray:
 
 
 def settled(across: np.ndarray, along: np.ndarray, limit: float = 0.5) -> float:
-    """How far along a leg (m) the distance from it begins to stay below a limit."""
+    """Distance along a leg (m) after which the distance from it begins to stay below a limit."""
     outside = np.flatnonzero(np.abs(across) > limit)
     return float(along[outside[-1]]) if outside.size else 0.0
 

@@ -53,7 +53,7 @@ class Mission:
 
 @dataclass
 class Flight:
-    """What happened: `violations` by name, the `outcome`, and the last words of the log book."""
+    """Result of a flight: `violations` by name, the `outcome`, and the last words of the log book."""
 
     seed: int
     mission: Mission
@@ -183,7 +183,7 @@ class Judge:
 
     @property
     def grace(self) -> float:
-        """How long (s) it may still take, because its plan went on after the fault."""
+        """Time (s) that it may still take, because its plan continued after the fault."""
         over = not self._executing and self._truth is not None
         return self._ended + HOME - self._truth.timestamp if over and self._truth is not None else 0.0
 

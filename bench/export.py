@@ -27,7 +27,7 @@ ROUNDS = 3
 
 
 def shoal(log: Path, out: Path) -> None:
-    """What `shoal log export` does."""
+    """Export as `shoal log export` does."""
     opened = imc.Log(log)
     export_mcap(LogSource(opened, summarize(opened)), out)
 

@@ -87,7 +87,7 @@ class Intermittent(Fault):
 
 @dataclass(frozen=True)
 class Delayed(Fault):
-    """What the task publishes arrives late by a time (s)."""
+    """Delay of the messages of the task by a time (s)."""
 
     delay: float
 

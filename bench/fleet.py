@@ -1,4 +1,4 @@
-"""How many vehicles hold real time on this computer, all of a fleet over zenoh, with telemetry at its default rates.
+"""Number of vehicles of a fleet over zenoh that hold real time on this computer, with telemetry at its default rates.
 
 `python bench/fleet.py [--vehicles 10 20] [--per-process 1 10] [--seconds 10] [--profile lauv-noptilus-1]` prints, for
 each number, the share of the EstimatedState messages of a vehicle alone that arrive, the share of real time that the

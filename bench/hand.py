@@ -1,4 +1,4 @@
-"""How long a command takes that reaches a running vehicle, beside an empty one: python bench/hand.py
+"""Duration of a command that reaches a running vehicle, beside an empty one: python bench/hand.py
 
 Wall clock and CPU of the whole process, median of REPEATS, over zenoh and over UDP.
 """

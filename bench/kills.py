@@ -41,7 +41,7 @@ def killed(folder: Path, after: float) -> float:
 
 
 def lacks(folder: Path, moment: float) -> tuple[str, float]:
-    """What is wrong with the log of a run that was killed at `moment`, empty if nothing is; and the s that it lacks."""
+    """Errors in the log of a run that was killed at `moment`, empty without any; and the s that it lacks."""
     first = next(iter(sorted(folder.glob("log/*/*/*"))), None)
     if first is None:
         return "no log", 0.0

@@ -1,4 +1,4 @@
-"""What 1 MB/s of rubbish on a MAVLink link costs, and whether the rates of another station stay.
+"""Cost of 1 MB/s of rubbish on a MAVLink link, and whether the rates of another station stay.
 
 `python bench/mavlink_flood.py [--seconds 4]`: for each kind of link and of rubbish, the share of a core that the
 vehicle's process takes more than without it, and how many of the messages that a station at 50 Hz is due arrive.

@@ -1,4 +1,4 @@
-"""How long MAVSDK takes to list all parameters of a shipped vehicle, and how much of a radio's line the list takes.
+"""Time of MAVSDK to list all parameters of a shipped vehicle, and load of the list on a radio.
 
 `python bench/mavlink_parameters.py [--profile lauv-noptilus-1] [--repeat 5]` prints the times in s on loopback and at a
 loss of 5 % each way, and the share of a serial line of 57.6 kBd, alone and with the telemetry beside it.
@@ -67,7 +67,7 @@ def afloat(profile: str, link: str) -> Iterator[None]:
 
 
 def by_mavsdk(profile: str, loss: float, seed: int) -> tuple[int, float]:
-    """How many parameters, in how many s."""
+    """Number of parameters, and duration in s."""
     port = free_port()
     with Lossy(port, loss=loss, seed=seed) as line, afloat(profile, f"udpout://127.0.0.1:{line.port}?flavour=px4"):
         command = [sys.executable, __file__, "--client", str(port)]

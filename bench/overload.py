@@ -51,7 +51,7 @@ def run(profile: str, seconds: float, halt: float, folder: Path) -> int:
 
 
 def count_faults(folder: Path) -> tuple[Counter[str], Counter[str], float]:
-    """What entities were blamed for, and how many plans were lost, in all logs; and the recorded time (s)."""
+    """Faults of entities, and lost plans, in all logs; and the recorded time (s)."""
     blamed, lost, recorded, braked = Counter[str](), Counter[str](), 0.0, 0
     labels = dict[int, str]()  # a later log of the run may have a state before its EntityInfo
     for log in (imc.Log(part, keep_index=False) for part in logs_of_run(next(iter(sorted(folder.glob("log/*/*/*")))))):

@@ -71,7 +71,7 @@ def draw_run(path: Path) -> None:
 
 
 def draw_fisheye(path: Path) -> None:
-    """What the camera of a tilted vehicle sees under water and above it, beside each other."""
+    """Draw the views of the camera of a tilted vehicle under water and above it, beside each other."""
     optics = FisheyeModel.from_lens(preset_lens("equidistant", math.pi), 2 * SIZE)
     sheet = Image.new("RGBA", (2 * SIZE + GAP, SIZE))
     for place, (scene, pose) in enumerate(FISHEYES):

@@ -1,4 +1,4 @@
-"""What a bus over zenoh costs beside zenoh-python alone: latency, CPU and throughput of messages, rates of frames.
+"""Cost of a bus over zenoh beside zenoh-python alone: latency, CPU and throughput of messages, rates of frames.
 
 Bare subscribers that do only a part of what a bus has to do, in Python, say how much of the rest is the bus.
 Every measurement has two processes, and the two sides of a ratio are measured in turn, `--repeats` times. A ratio is
@@ -53,7 +53,7 @@ def raw_session(port: int, listens: bool, shared: bool = False) -> Any:
 
 
 class Result:
-    """What a receiver has seen; it answers when the sender says so by closing its input."""
+    """Result of a receiver, which answers when the sender closes its input."""
 
     def __init__(self) -> None:
         self.delays: list[float] = []
