@@ -1,24 +1,34 @@
-"""Docstrings of classes and functions begin with a verb or a noun."""
+"""Docstrings of modules, classes, functions and constants begin with a verb or a noun."""
 
 import ast
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 REPOSITORY = Path(__file__).parents[1]
-HEADLESS = ("What", "Who", "Whom", "Where", "How", "Which")
+PACKAGES = ("autonomy", "bench", "imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
+HEADLESS = ("What", "Whatever", "Who", "Whom", "Whose", "Where", "How", "Which")
 
 
-@pytest.mark.parametrize("package", ["runtime", "tasks"])
+def _docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Lines and texts of the strings that stand as statements, also those below constants."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Expr(value=ast.Constant(value=str(text))):
+                yield node.lineno, text.strip()
+            case _:
+                pass
+
+
+@pytest.mark.parametrize("package", PACKAGES)
 def test_docstrings_begin_with_a_verb_or_a_noun(package: str) -> None:
+    found = 0
     headless: list[str] = []
     for path in sorted((REPOSITORY / package).rglob("*.py")):
-        if "mavlink" in str(path.relative_to(REPOSITORY)):
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-                continue
-            text = ast.get_docstring(node) or ""
-            if text.split(" ", 1)[0].rstrip(",") in HEADLESS:
-                headless.append(f"{path.relative_to(REPOSITORY)}:{node.lineno}: {node.name}: {text.splitlines()[0]}")
+        for line, text in _docstrings(ast.parse(path.read_text(encoding="utf-8"))):
+            found += 1
+            if text.split(" ", 1)[0].rstrip(",:") in HEADLESS:
+                headless.append(f"{path.relative_to(REPOSITORY)}:{line}: {text.splitlines()[0]}")
+    assert found
     assert not headless, "\n".join(headless)
