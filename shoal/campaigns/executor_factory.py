@@ -24,7 +24,7 @@ def open_executor(
 
     Processes use the files of the study as they were when it was read; with `workers` 0 this process uses them as they
     are. `on` is the address of a cluster, such as dask://scheduler:8786, of which `on_notice` receives the workers that
-    are refused; `make_runner` and `workers` are for this computer.
+    are rejected; `make_runner` and `workers` are for this computer.
     Raises OSError, also if nothing is at the address, ModuleNotFoundError without the extra, ValueError for others.
     """
     if on:

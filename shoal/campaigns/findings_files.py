@@ -37,7 +37,7 @@ def write_findings(study: Study, data: CampaignResults) -> list[Path]:
 
 
 def describe_run(shown: SearchFindings, row: ResultRow, units: dict[str, str]) -> list[str]:
-    """Lines that say what came of a run of a search, and what it changes."""
+    """Lines with the result of a run of a search, and its changes."""
     goal, before = shown.objective, shown.baseline
     was = f"; as it was: {goal.value(before):.4g}" if before is not None and before is not row else ""
     lines = [f"{goal.text}: {goal.value(row):.4g}{was}"]

@@ -99,7 +99,7 @@ def _united(folders: Sequence[CampaignResults]) -> tuple[dict[int, ResultRow], d
 
 
 def _check_equal(a: ResultRow, place: Path, b: ResultRow, other: Path) -> None:
-    """Refuse a run that went in two ways. Equal texts are equal numbers, also NaN."""
+    """Reject a run that went in two ways. Equal texts are equal numbers, also NaN."""
     if not (is_finished(a) and is_finished(b)):
         return
     differ = [name for name in sorted(a.keys() | b.keys()) if not _is_apart(name) and _text(a, name) != _text(b, name)]

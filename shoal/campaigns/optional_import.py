@@ -5,7 +5,7 @@ from typing import Any
 
 
 def import_optional(name: str, extra: str = "campaigns") -> Any:
-    """A module of an extra. Raises ModuleNotFoundError that says how to install it."""
+    """A module of an extra. Raises ModuleNotFoundError with the command that installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

@@ -15,7 +15,7 @@ from support.terminal_text import printable
 @network_options
 @json_option
 def abort(vehicles: tuple[str, ...], connection: dict[str, Any], as_json: bool) -> None:
-    """Have each VEHICLE stop everything at once, and wait until it says that it has.
+    """Have each VEHICLE stop everything at once, and wait for confirmation.
 
     VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'. One is aborted as soon as it is
     found, whatever becomes of the others. If several vehicles have its name or its id, all of them abort.

@@ -89,7 +89,7 @@ _ARGUMENTS = {
 def complete_without_command(words: Sequence[str], incomplete: str) -> list[CompletionItem] | None:
     """Complete the command `words[0]` without its import, which takes longer than all else.
 
-    None where only the command itself knows: of options, and of arguments behind them.
+    None where only the command itself can complete: of options, and of arguments behind them.
     """
     command, *given = words
     arguments, completer = _ARGUMENTS.get(command), None

@@ -21,7 +21,7 @@ MOST_NAMES = 5
 def plan(plan: Path, output: Path, force: bool) -> None:
     """Write PLAN as OUTPUT: .yaml, .json, .plan and .waypoints of QGroundControl, .kml, .gpx or .geojson.
 
-    What a format cannot say is reported; a route (KML, GPX, GeoJSON) has places and depths only. Exit status 1 if
+    Content that a format lacks is reported; a route (KML, GPX, GeoJSON) has places and depths only. Exit status 1 if
     OUTPUT has less than half of the maneuvers.
     """
     if output.suffix.lower() not in PLAN_SUFFIXES:

@@ -81,7 +81,7 @@ def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json:
 
 
 async def _gather(network: Network, duration: float | None) -> None:
-    """Wait until every vehicle that is there has said what is shown, but not long."""
+    """Wait a short time until every vehicle that is there has reported what is shown."""
     began = time.monotonic()
     longest = (
         LONGEST if network.search.discovery_timeout <= NEAR else network.search.discovery_timeout
@@ -126,7 +126,7 @@ class StateQueries:
 
 
 def has_told_states(system: NetworkSystem) -> bool:
-    """Whether it has said how its entities are; else nobody knows whether it has errors."""
+    """Whether it has reported the states of its entities; else its errors are unknown."""
     return any(system.latest_message(kind) is not None for kind in (imc.EntityState, imc.VehicleState))
 
 

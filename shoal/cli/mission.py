@@ -84,7 +84,7 @@ def mission(
 
     PLAN is YAML or JSON of Shoal, .plan or .waypoints of QGroundControl, KML, GPX or GeoJSON.
 
-    The exit status is 0 if the plan was completed, 1 if the vehicle refused or did not complete it or its log is not
+    The exit status is 0 if the plan was completed, 1 if the vehicle rejected or did not complete it or its log is not
     complete, 2 if a file or the profile is wrong.
     """
     add_user_task_folders(code, [profile])

@@ -1,4 +1,4 @@
-"""Commands that need an extra of Shoal say so where it is missing."""
+"""Commands that need an extra of Shoal report a missing one."""
 
 from collections.abc import Generator
 from contextlib import contextmanager

@@ -63,7 +63,7 @@ def plan(
     VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'.
     A file is YAML or JSON of Shoal, .plan or .waypoints of QGroundControl, KML, GPX or GeoJSON; `get -o` writes them.
 
-    start shows the progress and ends with the plan: exit status 0 if it was completed, 1 if the vehicle refused it or
+    start shows the progress and ends with the plan: exit status 0 if it was completed, 1 if the vehicle rejected it or
     it failed. Ctrl-C ends only this command; the plan continues.
     """
     if (plan is None) != (action in ALONE):

@@ -86,7 +86,7 @@ def run_on_network(connection: Mapping[str, Any], act: Callable[[Network], Corou
 def run_on_vehicle(
     name: str, connection: Mapping[str, Any], act: Callable[[AsyncRemoteVehicle], Coroutine[Any, Any, T]]
 ) -> T:
-    """Run `act` with a vehicle; what the vehicle or the network refuses ends the command with status 1."""
+    """Run `act` with a vehicle; a rejection by the vehicle or the network ends the command with status 1."""
 
     async def run() -> T:
         async with connect(name, **connection, report=_echo_note) as vehicle:

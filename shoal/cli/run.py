@@ -176,7 +176,7 @@ def run(
 
 
 def _reject_snapshot_options(profile: str | None) -> None:
-    """Refuse what a snapshot contains itself. Raises UsageError."""
+    """Reject what a snapshot contains itself. Raises UsageError."""
     context = click.get_current_context()
     given = ["PROFILE"] if profile else []
     for option in context.command.params:
@@ -223,7 +223,7 @@ def run_to_end(
     A first signal ends the run in order, within a second whatever hangs; a later one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
-    that the disk refuses is reported and left out. So is a process of `supervisor` that never started.
+    that the disk rejects is reported and left out. So is a process of `supervisor` that never started.
     """
     status, host = StatusDisplay(vehicle, title, duration), SystemdNotifier(vehicle)
     missing, incomplete = list[OSError](), False

@@ -143,7 +143,7 @@ async def _repeat(
 
 
 class ReplyDisplay:
-    """Prints what the vehicle says to us, and counts it, if it `shows` anything. Raises Unlisted.
+    """Prints messages of the vehicle to this program, and counts them, if it `shows` anything. Raises Unlisted.
 
     `name` is that of one of several vehicles.
     """

@@ -1,4 +1,4 @@
-"""`shoal test`: runs scenarios, and says which of them failed, why, and how to see it again."""
+"""`shoal test`: runs scenarios, and reports failures, reasons, and the commands that repeat them."""
 
 import math
 import shlex

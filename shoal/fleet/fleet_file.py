@@ -48,7 +48,7 @@ class VehicleGroup(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class FleetFile(msgspec.Struct, forbid_unknown_fields=True):
-    """A fleet file, as it is written; `FleetConfig` says what it means."""
+    """A fleet file, as it is written; `FleetConfig` is its meaning."""
 
     vehicles: Annotated[list[VehicleGroup], msgspec.Meta(min_length=1)]
     name: str = "fleet"
@@ -67,7 +67,7 @@ class FleetFile(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class FleetFileSource:
-    """Says where in a fleet file something is wrong."""
+    """Raises errors with their place in a fleet file."""
 
     def __init__(self, root: Node) -> None:
         self._root = root
@@ -97,7 +97,7 @@ def read_fleet_file(path: Path) -> tuple[FleetFile, FleetFileSource]:
 
 
 def _texts(node: Node) -> Any:
-    """The content with each value as text, from which numbers are made where one is wanted."""
+    """The content with each value as text, from which numbers are made where one is required."""
     if isinstance(node.content, dict):
         return {key: _texts(child) for key, child in node.content.items()}
     return [_texts(child) for child in node.content] if isinstance(node.content, list) else node.content

@@ -1,4 +1,4 @@
-"""The bus of a fleet, and what its vehicles say there of themselves."""
+"""The bus of a fleet, and the reports of its vehicles there."""
 
 import contextlib
 import math

@@ -21,7 +21,7 @@ FROM_OUTSIDE = {signal.Signals[name] for name in ("SIGKILL", "SIGTERM", "SIGINT"
 
 class ManagedProcess:
     """One process: its command, and how it goes. `failures` counts its ends in a row that nobody asked for, and the
-    starts that the system refused.
+    starts that the system rejected.
 
     `last_error_line` is that of its standard error, `restarts` how often it was started again. It `ended_well` if its
     status was 0; it `is_over` if it is not to start again, for whatever reason.

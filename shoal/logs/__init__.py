@@ -1,1 +1,1 @@
-"""Log tools: look at logs, edit them, export them, and select what is wanted."""
+"""Log tools: look at logs, edit them, export them, and select parts of them."""

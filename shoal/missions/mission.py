@@ -71,7 +71,7 @@ class Mission:
         """Run the vehicle until the plan is over, at most `limit` seconds of its time, and close it.
 
         A snapshot is saved beside its log every `snapshot_every` seconds; `unsaved` has the errors of those that the
-        disk refuses. Raises SnapshotError.
+        disk rejects. Raises SnapshotError.
         """
         if snapshot_every is not None:
             InputJournals(self._vehicle)

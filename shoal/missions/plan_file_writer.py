@@ -25,7 +25,7 @@ TERRAIN_FRAMES = (10, 11)
 
 
 class PlanFileText(NamedTuple):
-    """The text of a file for a plan, remarks on what the file cannot say, and the maneuvers of which it has nothing."""
+    """The text of a file for a plan, remarks on what the file lacks, and the maneuvers that are missing in it."""
 
     text: str
     remarks: list[str]

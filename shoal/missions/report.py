@@ -21,7 +21,7 @@ class ManeuverReport:
 
 @dataclass
 class Report:
-    """The result of a mission: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` says why.
+    """The result of a mission: `outcome` is SUCCESS, FAILURE or TIMEOUT, `reason` gives the cause.
 
     `seconds` and `distance` (m, over ground) count from the first maneuver, `deepest` is in m. Errors of a leg count
     from where the vehicle first follows it: cross-track within 1.5 m and 15°, depth within 0.5 m. `estimated_seconds`

@@ -1,4 +1,4 @@
-"""Running vehicles: who is there, what they say, their plans and parameters."""
+"""Running vehicles: their presence, messages, plans and parameters."""
 
 from shoal.network.blocking import RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle, VehicleConnection
 from shoal.network.diagnosis import Contact, Diagnosis, diagnose

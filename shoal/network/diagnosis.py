@@ -48,7 +48,7 @@ ADVICE = {
 class Contact:
     """The measurements with one system: rates in packets/s, the round trip and the clock difference in s.
 
-    `answered` of `asked` probes came back. `says` is what its own transports report, `refusal` why it does not obey us.
+    `answered` of `asked` probes came back. `says` is the report of its own transports, `refusal` why it rejects orders.
     """
 
     name: str
@@ -117,7 +117,7 @@ def _contact(system: NetworkSystem, before: Counter[str], past: float) -> Contac
 
 
 async def _probe(network: Network, system: NetworkSystem, contact: Contact, patience: float) -> None:
-    """Ask a vehicle, and read what it says of us."""
+    """Ask a vehicle, and read its report on this program."""
     book = network.listen(system, (imc.LogBookEntry,))
     try:
         times = await _question(network, system, contact, patience)

@@ -35,7 +35,7 @@ class NoAnswer(NetworkError):
 
 
 class Refused(NetworkError):
-    """The vehicle says no; the text is its reason."""
+    """The vehicle rejects a request; the text is its reason."""
 
 
 class Unlisted(Refused, NoAnswer):
@@ -51,7 +51,7 @@ class ConsoleIdentity(NamedTuple):
 
     @classmethod
     def of_this_program(cls, number: int) -> Self:
-        """One whose name says who uses it and where: shoal-USER@HOST-ID."""
+        """One whose name contains its user and computer: shoal-USER@HOST-ID."""
         try:
             user = getpass.getuser()
         except (KeyError, OSError):  # a container without a table of users
@@ -71,7 +71,7 @@ class ConsoleIdentity(NamedTuple):
 
 
 class ReceivedPacket(NamedTuple):
-    """A packet, and what the link knows about its source: names may be empty, `place` is for people.
+    """A packet, and the data of the link on its source: names may be empty, `place` is for people.
 
     `is_old`: not new, but the last one of its kind, which was kept for us.
     """
@@ -95,7 +95,7 @@ class LinkListener(Protocol):
         ...
 
     def on_vanished(self, link: "NetworkLink", system: str, part: str, *, is_told: bool) -> None:
-        """A part of a system is not there any more; `is_told`: something said so, it has not only fallen silent."""
+        """A part of a system is not there any more; `is_told`: this was reported, it has not only fallen silent."""
         ...
 
     def on_dropped(self, link: "NetworkLink", peer: str, reason: str, number: int = 1) -> None:
@@ -119,7 +119,7 @@ class NetworkLink(Protocol):
         ...
 
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
-        """Start; returns as soon as packets can come, or `trouble` says why not."""
+        """Start; returns as soon as packets can come, or `trouble` gives the reason."""
         ...
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:

@@ -195,7 +195,7 @@ def list_logs_at_once(session: "FTP") -> list[RemoteLog] | None:
 
 
 def list_folder(session: "FTP", folder: str, kind: str) -> dict[str, RemoteFile]:
-    """The content of a folder, by name. A server may say anything: a name must not lead elsewhere on this computer."""
+    """The content of a folder, by name. A server may send anything: a name must not lead elsewhere on this computer."""
     found: dict[str, RemoteFile] = {}
     for name, facts in session.mlsd(folder or "/"):
         if facts.get("type") == kind and _is_name(name):

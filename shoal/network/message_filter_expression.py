@@ -97,7 +97,7 @@ class _OneMessage(NameScope):
         return lambda _, __: -math.inf
 
     def _check_field(self, node: Name, path: str) -> None:
-        """Refuse a field of what is no message, or that the message does not have."""
+        """Reject a field of what is no message, or that the message does not have."""
         first, _, rest = path.partition(".")
         info = self._fields.get(first)
         if (path and info is None and path not in HEADER) or (rest and (info is None or info.type != "message")):

@@ -1,4 +1,4 @@
-"""All networks at once: who is there, what they say, and requests to them."""
+"""All networks at once: systems there, their messages, and requests to them."""
 
 import asyncio
 import math
@@ -202,7 +202,7 @@ class Network:
 
         A DUNE is waited for until its first data: then it is known to receive us. `takes_clash` does without.
 
-        Raises NetworkError that says who is there instead; and, without `takes_clash`, if several vehicles have the
+        Raises NetworkError that names others there; and, without `takes_clash`, if several vehicles have the
         name or its id.
         """
         if not name.strip() or any(sign in name for sign in "*?$#/"):
@@ -226,7 +226,7 @@ class Network:
         raise NetworkError(self.search.not_found_text(name, self.systems.get(name), self.vehicles()))
 
     def request_labels(self, system: NetworkSystem) -> None:
-        """Ask a system for the labels of its entities, which `NetworkSystem.label` then knows."""
+        """Ask a system for the labels of its entities, which `NetworkSystem.label` then returns."""
         query = self.with_header(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
         self._send(system, query, imc.encode(query))
 
@@ -289,7 +289,7 @@ class Network:
     ) -> A:
         """Send a request, and again every `repeat` s, until `answer` finds what it needs in a message of these types.
 
-        Copies are equal to the last byte, so that Shoal knows them. A DUNE would carry out each: it gets an order once,
+        Copies are equal to the last byte, so Shoal detects them. A DUNE would carry out each: it gets an order once,
         and an Abort every 2 s. `number` is the id of the one that is meant, of several with one name. Raises NoAnswer,
         Unlisted, VehicleLost, and what `answer` raises.
         """

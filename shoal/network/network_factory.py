@@ -1,4 +1,4 @@
-"""From where a user wants to look to the links that do it."""
+"""Makes the links to the networks that a user names."""
 
 import os
 from collections.abc import Callable, Sequence

@@ -35,7 +35,7 @@ _KINDS: dict[int, tuple[type[bool] | type[int] | type[float] | type[str], bool]]
 class ParameterDescription:
     """A parameter of a running vehicle; texts are as in a profile, None or empty is unknown.
 
-    `source` is who says so: "vehicle", "Shoal" (its task of this name), or nobody. The default is that of Shoal's task:
+    `source` is the origin: "vehicle", "Shoal" (its task of this name), or none. The default is that of Shoal's task:
     a vehicle does not give it.
     """
 
@@ -207,7 +207,7 @@ def _shortest(value: float) -> float:
 
 
 def _values(kind: type[bool] | type[int] | type[float] | type[str], choices: tuple[str, ...]) -> tuple[Any, ...]:
-    """Choices as values; none if one of them is no such value, as then nobody knows what a vehicle means."""
+    """Choices as values; none if one of them is no such value, as then their meaning is unknown."""
     if kind is str:
         return choices
     try:

@@ -21,7 +21,7 @@ AGAIN = 0.2  # s between readings until then
 
 
 class PlannedChange(NamedTuple):
-    """The parameters of one entity: `values` as they are wanted, `before` as they are; texts by name."""
+    """The parameters of one entity: `values` as requested, `before` as they are; texts by name."""
 
     entity: str
     values: Mapping[str, str]
@@ -41,7 +41,7 @@ class ParameterOutcome(NamedTuple):
 
 
 class UnfitParameters(NetworkError):
-    """Parameters that the vehicle does not have or would refuse; the text has a line for each."""
+    """Parameters that the vehicle does not have or would reject; the text has a line for each."""
 
 
 async def dump_parameters(vehicle: AsyncRemoteVehicle) -> VehicleParameters:
@@ -59,7 +59,7 @@ async def dump_parameters(vehicle: AsyncRemoteVehicle) -> VehicleParameters:
 async def check_parameters(vehicle: AsyncRemoteVehicle, sections: Iterable[FileSection]) -> list[PlannedChange]:
     """The changes that the parameters of a file would make. Nothing is sent but questions.
 
-    Raises UnfitParameters with all that is wrong; NoAnswer if the vehicle does not say what it has.
+    Raises UnfitParameters with all that is wrong; NoAnswer if the vehicle does not report its own.
     """
     sections = [section for section in sections if section.values]
     labels = await vehicle.param.entity_ids()
@@ -143,7 +143,7 @@ class _Refusals:
         self.reasons: dict[str, str] = {}
 
     def read(self, listener: MessageListener) -> set[str]:
-        """Take in what has arrived by now; the names of all values that are refused."""
+        """Take in what has arrived by now; the names of all values that are rejected."""
         for _, message in listener.take_all():
             if isinstance(message, imc.LogBookEntry):
                 self.reasons |= refusal_reasons(message, self._values)
@@ -175,7 +175,7 @@ async def _order(vehicle: AsyncRemoteVehicle, entity: str, values: Mapping[str, 
 async def _read_back(
     vehicle: AsyncRemoteVehicle, entity: str, change: PlannedChange, read_refused: Callable[[], set[str]]
 ) -> dict[str, str] | None:
-    """The values that the entity has now; None if it does not say. Waits a little for those that are not as wanted."""
+    """The values that the entity has now; None if it does not report them. Waits a little for requested ones."""
 
     def answer(message: imc.Message) -> dict[str, str] | None:
         """All parameters: a late answer to the order has only those that were set."""

@@ -54,7 +54,7 @@ class AsyncRemoteParameters:
         return await self._network.request(self._system, query, (imc.EntityList,), answer)
 
     async def components(self, labels: Mapping[str, int]) -> dict[str, str]:
-        """The task of each entity, such as Control.Path, by label; those that do not say it are missing.
+        """The task of each entity, such as Control.Path, by label; those that do not report it are missing.
 
         `labels` are the ids of the entities that are asked.
         """
@@ -205,7 +205,7 @@ class AsyncRemoteParameters:
             raise Refused(reply.text)
 
     async def _reason(self, log: MessageListener, entity: str, name: str, value: str) -> str:
-        """Why a value was refused: the vehicle says so in its log book."""
+        """Reason for which a value was rejected, from the log book of the vehicle."""
         with suppress(TimeoutError):
             async with asyncio.timeout(QUIET):  # of all entries: there may be others again and again
                 while True:
@@ -225,7 +225,7 @@ def check_parameter_name(entity: str, name: str, known: Collection[str]) -> None
 def refusal_reasons(entry: imc.LogBookEntry, values: Mapping[str, str]) -> dict[str, str]:
     """The reasons in an entry of the log book of a Shoal vehicle for values that it rejects, by name.
 
-    If the task itself refuses new values, all old ones stay.
+    If the task itself rejects new values, all old ones stay.
     """
     if entry.text.endswith(OLD_VALUES_STAY):
         return dict.fromkeys(values, entry.text)

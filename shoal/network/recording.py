@@ -84,7 +84,7 @@ class RecordingEnd(Exception):
 class NetworkRecorder:
     """Records vehicles below a folder, each in a folder of its own, until `stop` is set or `limit` bytes are reached.
 
-    `wants` says by its name whether a vehicle is recorded, also one that appears later. Packets are written as they
+    `wants` decides by its name whether a vehicle is recorded, also one that appears later. Packets are written as they
     came, once, whatever ways they took. `report` gets the name and the folder of each vehicle when its log begins.
     """
 

@@ -27,7 +27,7 @@ class SearchReport:
 
     @property
     def link_troubles(self) -> list[str]:
-        """Troubles of the networks where the user wants to look."""
+        """Troubles of the networks that the user searches."""
         return self._troubles if self._expects_all else []
 
     def explain(self, past: float, there: Sequence[NetworkSystem]) -> None:

@@ -72,7 +72,7 @@ class NetworkSystem:
 
     @property
     def is_shoal(self) -> bool:
-        """Whether it runs Shoal, as its Announce or zenoh says: then copies of an order are carried out once."""
+        """Whether it runs Shoal, by its Announce or zenoh: then copies of an order are carried out once."""
         if any(name.startswith("zenoh") for name in self.links):
             return True
         announce = self.latest_message(imc.Announce)
@@ -149,9 +149,9 @@ class NetworkSystem:
             self.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
 
     def update(self, link: NetworkLink, message: imc.Message, entity: str, *, is_heard: bool) -> None:
-        """Note what a packet says of the system besides its content; `entity` is its label, if the link knows it.
+        """Store the data of a packet on the system besides its content; `entity` is its label, if known to the link.
 
-        `is_heard` is whether the packets of this link count, as `accepts_link` says.
+        `is_heard` is whether the packets of this link count, by `accepts_link`.
         """
         if is_heard:
             self.last[link.name] = self.heard_at = time.monotonic()
@@ -188,7 +188,7 @@ class NetworkSystem:
 
     @property
     def errors(self) -> dict[str, str]:
-        """The entities that report an error, a fault or a failure, by label, and what they say of it.
+        """The entities that report an error, a fault or a failure, by label, and their texts.
 
         VehicleState names only those that it is configured to watch.
         """
@@ -251,7 +251,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
         self.changed.set()
 
     def remove_process(self, link: NetworkLink, name: str, part: str, *, is_told: bool) -> None:
-        """Note that a process of a system has vanished from a link; `is_told` if it has said so itself."""
+        """Note that a process of a system has vanished from a link; `is_told` if it has reported so itself."""
         found = self.get(name)
         if found is None:
             return

@@ -206,7 +206,7 @@ class UDPLink:
                 self._ear.on_dropped(self, str(place), "too long for a datagram")
 
     def _look_for_refusals(self) -> None:
-        """Systems whose computer says that nobody listens any more have ended."""
+        """Systems whose computer reports a closed port have ended."""
         for place in map(Endpoint._make, refused_destinations(self._data)):
             self._refused.add(place)
             self._missed = {id: peer for id, peer in self._missed.items() if peer.endpoint != place}

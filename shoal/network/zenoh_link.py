@@ -190,7 +190,7 @@ class ZenohLink:
         self._wanted[expression] = declare(expression, callback).undeclare
 
     def _take_answers_of(self, chunk: str) -> None:
-        """Take what a vehicle says to us at the name that its profile gives our id, which we do not know."""
+        """Take packets of a vehicle to the name that its profile gives our id, which is unknown here."""
         if self._session is not None and chunk not in self._answers and len(self._answers) < MOST_PUBLISHERS:
             import zenoh
 
@@ -204,7 +204,7 @@ class ZenohLink:
             self._put_aside(sample)
 
     def _ask(self) -> None:
-        """Ask for the last messages that vehicles have kept, of what is wanted from now on."""
+        """Ask for the last messages that vehicles have kept, of the types that are received from now on."""
         while self._session is not None and self._asked:
             expression = next(iter(self._asked))
             del self._asked[expression]

@@ -51,7 +51,7 @@ class ExposedPicture(NamedTuple):
     """A picture: the label of its camera, when it was exposed (s since 1970 UTC), its file, and how it is rendered.
 
     The shutter's `take_picture(*shutter_arguments)` makes it, with the camera as it was then, that of `camera_number`
-    with this label, and its `labels` say what is in it: from `standpoints`, one for each band of rows, with gliders
+    with this label, and its `labels` name its content: from `standpoints`, one for each band of rows, with gliders
     and boards. With `optics_changed` the run took it with another lens or size.
     """
 
@@ -97,7 +97,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
 
     They start with the run, whose earlier logs are read as well; the vehicle's own cameras change as they did in it. Of
     a virtual run they are those that the cameras would have taken in it, if each is exposed before or after the states
-    of the same instant as its rate says. On a wall clock a camera whose label and rate are those of one of the run is
+    of the same instant by its rate. On a wall clock a camera whose label and rate are those of one of the run is
     exposed when that was, others at their rate.
     `world` is an ini file whose options of [World] replace those of the run. Raises ResimulationError, ProfileError,
     OSError.

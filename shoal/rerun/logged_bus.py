@@ -35,7 +35,7 @@ class LoggedBus(Bus):
         self._names = dict[int, type | None]()
 
     def deliver_log(self, history: LogReplay, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:
-        """Start to deliver the log; `speakers` says which packets are the tasks' own."""
+        """Start to deliver the log; `speakers` finds the tasks' own packets."""
         self.history, self.schema, self._is_own = history, schema, speakers
         self.kernel.soon(self._feed)
 

@@ -71,7 +71,7 @@ class TimestampResolver:
 
 
 class LogReplay:
-    """A log as the re-run tasks receive it; `own` says which packets are theirs, `start` is in ns.
+    """A log as the re-run tasks receive it; `own` finds their packets, `start` is in ns.
 
     Time is that of the owner's packets and never goes back: a measurement with an earlier time than the packet before
     it was published at the time of that packet. A message that is known to be `late` (id and entity) and lies between
@@ -171,5 +171,5 @@ class LogReplay:
 
 
 def make_sender_test(owner: int, entities: Collection[int], since: float = -math.inf) -> Callable[[imc.Header], bool]:
-    """A function that says whether a packet comes from one of these entities of the owner, not before a time (s)."""
+    """A function that returns whether a packet comes from one of these entities of the owner, not before a time (s)."""
     return lambda header: header.src == owner and header.src_ent in entities and not header.timestamp < since

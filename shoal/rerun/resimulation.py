@@ -29,7 +29,7 @@ TOLERANCE = 0.5  # s, between the two messages of a pair, for a log made on a wa
 
 
 class ResimulationError(ValueError):
-    """The log cannot be re-simulated; the text says why and what to do."""
+    """The log cannot be re-simulated; the text gives the reason and the remedy."""
 
 
 @dataclass

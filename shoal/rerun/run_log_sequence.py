@@ -15,7 +15,7 @@ CONFIGURATION = "Config.ini"
 class LoggedRun:
     """Consecutive logs as if they were one; no messages are missing between them.
 
-    gap: why they do not begin with the run, and what to do; empty if they do, or if the log does not say.
+    gap: why they do not begin with the run, and what to do; empty if they do, or if the log does not contain it.
     """
 
     def __init__(self, logs: Sequence[imc.Log], gap: str = ""):

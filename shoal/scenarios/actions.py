@@ -238,7 +238,7 @@ class CutLink(Action):
 
 
 def log_action(vehicle: Vehicle, words: str, duration: float = math.inf) -> None:
-    """Have the log book of a vehicle say what a scenario does to it."""
+    """Write to the log book of a vehicle what a scenario does to it."""
     vehicle.daemon.log.warning(f"scenario: {words}" + (f", for {duration:g} s" if math.isfinite(duration) else ""))
 
 

@@ -53,7 +53,7 @@ def run(scenario: Scenario, *, seed: int | None = None, log_root: Path | None = 
 def dry_run(scenario: Scenario) -> None:
     """Build the vehicles of a scenario, and prepare all that happens to them, without a run.
 
-    Raises ScenarioFileError for what only a vehicle knows: labels of entities, leak sensors, what may change.
+    Raises ScenarioFileError for what only a vehicle can check: labels of entities, leak sensors, what may change.
     """
     with _prepared_run(scenario, scenario.seed, None):
         pass

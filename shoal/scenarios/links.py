@@ -1,4 +1,4 @@
-"""Links between vehicles: what one says arrives at the others late, in part, or not at all."""
+"""Links between vehicles: messages of one arrive at the others late, in part, or not at all."""
 
 import math
 from collections import Counter, deque

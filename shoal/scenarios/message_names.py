@@ -139,7 +139,7 @@ class ScenarioNames(NameScope):
         return self.selectors.setdefault(selector, len(self.selectors))
 
     def _received_kind(self, node: Name, sender: str) -> type[imc.Message]:
-        """The message as the receiver knows it. Raises ExpressionError if it cannot arrive there."""
+        """The message in the receiver's schema. Raises ExpressionError if it cannot arrive there."""
         receiver, vehicles = node.receiver, self._scope.vehicles
         if receiver not in vehicles:
             raise node.error(with_suggestion(f"there is no vehicle {receiver!r}", receiver, vehicles))

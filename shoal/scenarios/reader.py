@@ -150,7 +150,7 @@ class ScenarioReader:
         )
 
     def _check_times(self, vehicles: list[_ReadVehicle], specs: tuple[VehicleSpec, ...]) -> None:
-        """Refuse vehicles that start at several times: they share one clock."""
+        """Reject vehicles that start at several times: they share one clock."""
         first = specs[0]
         for each, spec in zip(vehicles, specs, strict=True):
             if spec.start_ns != first.start_ns:
@@ -159,7 +159,7 @@ class ScenarioReader:
                 wrong.fail(f"{spec.name} and {first.name} start at different times: give both the same start: {{time}}")
 
     def _check_world(self, vehicles: list[_ReadVehicle]) -> None:
-        """Refuse what no vehicle has: it would prove nothing."""
+        """Reject what no vehicle has: it would prove nothing."""
         for key, node in self._nodes["world"].mapping().items() if "world" in self._nodes else ():
             alone = Node({key: node}, node.file, node.line, node.error)
             if not any(world_settings(alone, EnabledTasks(each.profile, each.modes)) for each in vehicles):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class RunContext:
     """The vehicles of a run by name, built and not yet started, and their kernel; `warnings` are for the result.
 
-    `channels` are their links by name, `pending_events` says why events have not happened yet, `temporary_values` the
+    `channels` are their links by name, `pending_events` explains missing events, `temporary_values` the
     values that events have set, `event_watchers` what to call just before an event with a name happens.
     """
 

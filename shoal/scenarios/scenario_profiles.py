@@ -153,7 +153,7 @@ def _order(setting: ScenarioSetting) -> tuple[str, str]:
 
 
 def _check_general(node: Node, setting: ScenarioSetting, profile: Profile) -> None:
-    """Refuse an option of [General] that neither Shoal nor the profile has: a profile may have any for its own use."""
+    """Reject an option of [General] that neither Shoal nor the profile has: a profile may have any for its own use."""
     if setting.section != "General":
         return
     options = {*dune_section_names.GENERAL, *(option.name for option in profile.config.options("General"))}

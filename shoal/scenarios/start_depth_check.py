@@ -1,4 +1,4 @@
-"""Refuses starts for which the world of a vehicle has no room."""
+"""Rejects starts for which the world of a vehicle has no room."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ START_OPTIONS = ("Initial Depth", "Initial Position", "Tide Level", "Sounding Ra
 
 
 def check_start_depth(vehicle: Vehicle, settings: Sequence[ScenarioSetting]) -> None:
-    """Refuse settings of a scenario that start a vehicle, built and not started, deeper than the water there allows.
+    """Reject settings of a scenario that start a vehicle, built and not started, deeper than the water there allows.
 
     Raises ScenarioFileError. The vehicle reports to its log book what is wrong in the profile alone.
     """

@@ -57,7 +57,7 @@ class DaskExecutor:
     """Does jobs of a study on all workers of a Dask cluster, as many at a time as they have threads.
 
     Each worker gets the files of the study, once. One that has another Shoal, Python or NumPy, or computes otherwise,
-    is refused: `on_notice` receives which and why. Workers may join, leave and crash; their jobs are done elsewhere.
+    is rejected: `on_notice` receives name and reason. Workers may join, leave and crash; their jobs are done elsewhere.
     Close it.
 
     Raises ValueError for what is no address, ModuleNotFoundError without the extra `cluster`, OSError if no scheduler

@@ -42,7 +42,7 @@ def uninstall_study(token: str, dask_worker: Any) -> None:
 
 
 def run_job(token: str, job: bytes) -> JobReply | None:
-    """Do a job, as a task of Dask; None if the worker has started anew and knows nothing of the study.
+    """Do a job, as a task of Dask; None if the worker has restarted without the study.
 
     Raises OSError if the process that did it has ended.
     """

@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def _read_lines(stdin: BinaryIO, lines: "queue.SimpleQueue[bytes]", root: Path) -> None:
-    """Take lines; without the worker of Dask nobody wants a result, and what was unpacked is left to this process."""
+    """Take lines; without the worker of Dask results are useless, and what was unpacked is left to this process."""
     for line in stdin:
         lines.put(line)
     shutil.rmtree(root, ignore_errors=True)

@@ -14,7 +14,7 @@ MAX_CACHED_DRAFTS = 16  # drafts
 class ScenarioRunner:
     """Runs scenarios. The file of one is read once, also for many jobs.
 
-    If the values of jobs are those of `--set`, as `is_set` says, an error names it instead of a line of the file.
+    If the values of jobs are those of `--set`, by `is_set`, an error names it instead of a line of the file.
     """
 
     def __init__(self, *, is_set: bool = False) -> None:

@@ -62,7 +62,7 @@ class WorkerProcess:
             self._send()
 
     def receive(self) -> ScenarioResult | None:
-        """The result of its job, or None if it says that it is ready or has begun. Raises EOFError if it has ended."""
+        """The result of its job, or None if it reports to be ready or to begin. Raises EOFError if it has ended."""
         try:
             said = self.pipe.recv()
         except OSError:
@@ -87,7 +87,7 @@ class WorkerProcess:
             return ""
 
     def kill(self) -> str:
-        """End the process, if it has not ended, and say how it did."""
+        """End the process, if it has not ended, and return how it ended."""
         self._process.kill()
         self._process.join()
         code = self._process.exitcode or 0
@@ -153,7 +153,7 @@ def _process_main(
 
 
 def run_job_catching_errors(run_job: RunJob, job: Job) -> ScenarioResult:
-    """Do a job; what goes wrong is its result: a line that says what, and then where."""
+    """Do a job; an error is its result: a line with the error, then its place."""
     try:
         return run_job(job)
     except (Exception, SystemExit) as error:

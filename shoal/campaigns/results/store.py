@@ -25,7 +25,7 @@ class ResultsError(ValueError):
 
 @dataclass
 class CampaignResults:
-    """The runs of a campaign, by number. `metadata` says what they are of.
+    """The runs of a campaign, by number. `metadata` describes the study.
 
     `damaged_lines` is how many lines could not be read.
 
@@ -71,7 +71,7 @@ class CampaignResults:
         return str(self.metadata["study"])
 
     def row(self, run: int) -> ResultRow:
-        """The row of a run. Raises ResultsError that says which there are."""
+        """The row of a run. Raises ResultsError that lists the runs there."""
         if run not in self.rows:
             last = max(self.rows, default=-1)
             known = f"it has runs 0 to {last}" if last > 0 else "it has run 0 only" if last == 0 else "it has none"
@@ -122,7 +122,7 @@ def _from_records(folder: Path, records: list[Record], damaged: int) -> Campaign
 
 
 class ResultsWriter:
-    """A data set that is being made, of what `about` says; only one process can have it open. Close it.
+    """A data set that is being made, described by `about`; only one process can have it open. Close it.
 
     Runs that did not end are left out of what it has, so that they are done again. Raises ResultsError if the folder
     has runs of another study or of other versions, AppendLogInUse, and OSError.

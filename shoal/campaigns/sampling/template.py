@@ -51,9 +51,9 @@ def load_template(path: Path, make: Callable[[Path, Node], D]) -> ScenarioTempla
 
 
 def describe_value_error(draft: EditableScenario, values: Mapping[str, object], error: Exception) -> str:
-    """The error of a draft with values of `--set`, in words that name the one to blame and not a line that is right.
+    """The error of a draft with values of `--set`, which names the wrong value and not a line that is right.
 
-    If the file is wrong by itself, or no value alone is to blame, the error as it is.
+    If the file is wrong by itself, or no single value is wrong, the error as it is.
     """
     with suppress(ValueError, LookupError):
         draft.scenario()

@@ -1,4 +1,4 @@
-"""Refuses, before the first run, values with which the scenario of a study cannot begin."""
+"""Rejects, before the first run, values with which the scenario of a study cannot begin."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -23,7 +23,7 @@ class DryRun:
     def first_valid_values(self, most: int) -> Mapping[str, object]:
         """The values of the first run that can begin; values that do not go together may cost a run, not a study.
 
-        Raises the error of the tree at the line of the distribution whose value is to blame, else the scenario's.
+        Raises the error of the tree at the line of the distribution whose value is wrong, else the scenario's.
         """
         first = self._design.scenario_values(0)
         for run in range(min(most, BESIDE)):
@@ -45,9 +45,9 @@ class DryRun:
         return {**self._fixed, **first}
 
     def check_extreme_values(self, first: Mapping[str, object], most: int, search: SearchConfig | None) -> None:
-        """Refuse words, and the smallest and largest numbers, with which no run can begin.
+        """Reject words, and the smallest and largest numbers, with which no run can begin.
 
-        Where values exclude each other in a later run, its row says so.
+        Where values exclude each other in a later run, its row reports it.
         """
         self._check_words(first)
         if search is not None:
@@ -70,14 +70,14 @@ class DryRun:
                 self._refuse(place, cell, error)
 
     def _blame(self, run: int) -> None:
-        """Refuse each value of a run that goes with nothing; none if the scenario is wrong as it is."""
+        """Reject each value of a run that goes with nothing; none if the scenario is wrong as it is."""
         if not self._is_read(self._fixed):
             return
         for place, value in self._design.scenario_values(run).items():
             self._try_alone(place, value, f" in run {run}")
 
     def _try_alone(self, place: str, value: Scalar, when: str = "") -> None:
-        """Refuse a value with which no draw of the others can begin, nor the scenario as it is."""
+        """Reject a value with which no draw of the others can begin, nor the scenario as it is."""
         try:
             self._draft.scenario({**self._fixed, place: value})
         except ValueError as error:

@@ -178,7 +178,7 @@ class _Reader:
     def _check_place(
         self, place: str, node: Node | None, first: Mapping[str, object], varied: Mapping[str, Distribution]
     ) -> None:
-        """Refuse a path at which the scenario has no value and can have none."""
+        """Reject a path at which the scenario has no value and can have none."""
         if place in self._places:
             return
         others = {

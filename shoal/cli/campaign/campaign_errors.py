@@ -27,6 +27,6 @@ def errors_as_messages() -> Generator[None]:
 
 
 def last_line(error: str) -> str:
-    """The last line of an error, of which the others say where it was."""
+    """The last line of an error; the others are its place."""
     lines = error.strip().splitlines()
     return printable(lines[-1]) if lines else ""

@@ -30,7 +30,7 @@ MOST_PAIRS = 10
 def compare(a: Path, b: Path, limits: tuple[str, ...]) -> None:
     """Compare campaign B with A, run by run: both must have the same seeds and draws.
 
-    Positive numbers say that B has more than A. A percentage in a limit is of A, and in points for the pass rate.
+    Positive numbers mean that B has more than A. A percentage in a limit is of A, and in points for the pass rate.
     """
     with errors_as_messages():
         found = compare_data(open_results(a), open_results(b))

@@ -124,7 +124,7 @@ def run(
 
 
 def check_cluster_options(on: str, workers: int | None) -> None:
-    """Refuse what is no address, and -j, since a cluster has its own workers. Raises UsageError."""
+    """Reject what is no address, and -j, since a cluster has its own workers. Raises UsageError."""
     if workers is not None:
         raise click.UsageError("-j is for this computer; a cluster has as many workers as it has: leave it out")
     try:

@@ -25,8 +25,8 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
     """Convert FILE to a log in the folder OUT: an MCAP of `shoal log export`, a MAVLink .tlog, the .BIN of an
     ArduPilot, or the .ulg of a PX4.
 
-    An MCAP gives the same log, packet for packet. Each autopilot becomes a system, and what it measured, did and said
-    becomes IMC messages: state, GPS, batteries, sensors, modes, missions, parameters, texts.
+    An MCAP gives the same log, packet for packet. Autopilots become systems; their measurements, actions and texts
+    become IMC messages: state, GPS, batteries, sensors, modes, missions, parameters, texts.
 
     Exit status 1 if most of FILE could not be read: what could is written.
     """

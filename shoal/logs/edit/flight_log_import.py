@@ -42,7 +42,7 @@ def import_dataflash(
     """Write Data.lsf.gz and IMC.xml.gz to `folder`; `progress` gets the share that is read.
 
     The vehicle is `system`, or "mavlink-<id>". Times are UTC if a GPS has given it, else they count from the start of
-    the autopilot, and a note says so. Raises NothingToImport, OSError.
+    the autopilot, and a note reports it. Raises NothingToImport, OSError.
     """
     log = dataflash.DataFlash(path)
     flight = scan_dataflash(log)

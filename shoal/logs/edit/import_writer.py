@@ -15,7 +15,7 @@ from runtime.profile import derived_id, load_profile, own_etc
 
 
 class NothingToImport(ValueError):
-    """A file from which nothing can be imported; the text says which, and why."""
+    """A file from which nothing can be imported; the text gives its name and the reason."""
 
 
 CONVERSION_ERRORS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError, struct.error, imc.EncodeError)

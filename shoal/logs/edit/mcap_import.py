@@ -28,7 +28,7 @@ RECORD_HEAD = 9
 
 
 class BadMcapFile(ValueError):
-    """A file that cannot be imported; the text says which and why."""
+    """A file that cannot be imported; the text gives its name and the reason."""
 
 
 class _BoundedFile(io.BufferedReader):

@@ -18,7 +18,7 @@ from support.file_errors import add_path_to_errors
 
 
 class MergeConflict(ValueError):
-    """Logs that cannot be merged; the text says why."""
+    """Logs that cannot be merged; the text gives the reason."""
 
 
 @dataclass

@@ -273,7 +273,7 @@ def noise_densities(part: ImuPart) -> dict[str, float]:
 
 
 class _Indented(yaml.SafeDumper):
-    """Indents lists below their key: OpenCV, which OpenVINS reads with, refuses those in the column of the key."""
+    """Indents lists below their key: OpenCV, which OpenVINS reads with, rejects those in the column of the key."""
 
     def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
         super().increase_indent(flow, False)

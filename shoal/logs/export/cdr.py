@@ -64,7 +64,7 @@ def cdr_string(data: bytes) -> bytes:
 
 
 class CdrError(ValueError):
-    """A message that its ROS type cannot hold; the text says why."""
+    """A message that its ROS type cannot hold; the text gives the reason."""
 
 
 CdrWriter = Callable[[Any, bytearray], None]

@@ -146,7 +146,7 @@ def _judged(
 def _gliders(
     world: World, things: Sequence[WorldObject], truth: _Truth, times: Array, began: float, *, sea: bool
 ) -> Array:
-    """(n, k, 3) from the vehicle to objects, in m; down is NaN on a bottom that nobody knows."""
+    """(n, k, 3) from the vehicle to objects, in m; down is NaN on an unknown bottom."""
     spots = [[world.object_position(thing, time) for thing in things] for time in (times - began).tolist()]
     on_bottom = np.array([thing.depth is None for thing in things])
     places = np.array(
@@ -186,7 +186,7 @@ def _shown_thing(eye: _Camera, truth: _Truth, world: World, thing: WorldObject, 
 
 
 def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
-    """(2, 2) of one detection, by what its camera says of its errors."""
+    """(2, 2) of one detection, by the errors that its camera reports."""
     if eye.accuracy is None:
         return np.full((2, 2), np.nan)
     mount = eye.mounts[int(to[2] <= 0.0)]

@@ -67,7 +67,7 @@ def _read_plot(log: imc.Log, summary: LogSummary, text: str) -> FieldPlot:
 
 
 def _colored(title: str, curves: Sequence[Curve], what: str) -> FieldPlot:
-    """A plot of the first curves, each with a color of its own; the title says how many of all that are."""
+    """A plot of the first curves, each with a color of its own; the title gives their number and that of all curves."""
     shown = [curve._replace(color=color) for curve, color in zip(curves, COLORS, strict=False)]
     return FieldPlot(title + (f" ({len(shown)} of {len(curves)} {what})" if len(curves) > len(shown) else ""), shown)
 

@@ -23,7 +23,7 @@ class SchemaMismatch(NamedTuple):
 
 
 class SchemaCheck:
-    """Counts the packets that are longer or shorter than the definitions say, and those of unknown ids."""
+    """Counts the packets that are longer or shorter than in the definitions, and those of unknown ids."""
 
     def __init__(self, schema: imc.Schema):
         self._schema = schema
