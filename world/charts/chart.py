@@ -89,7 +89,7 @@ def read_chart(path: Path, window: ChartWindow, coordinates: Coordinates | None 
     """Read a chart, of which only what is in the window gets into memory. Raises BathymetryError.
 
     `coordinates` are those of a file that does not name its own, `positive` is the direction in which its values
-    increase, "up" or "down", where that must be said.
+    increase, "up" or "down", where that must be given.
     """
     if (found := FORMATS.get(path.suffix.lower())) is None:
         known = ", ".join(f"{suffix} ({name})" for suffix, (_, name) in FORMATS.items())
@@ -116,7 +116,7 @@ def read_chart(path: Path, window: ChartWindow, coordinates: Coordinates | None 
 
 
 def _direction(cells: ChartCells, values: Floats, given: str) -> Positive:
-    """The direction in which values increase: that of the option, or as the file says, or as the values show.
+    """The direction in which values increase: that of the option, or of the file, or as the values show.
 
     Negative values are elevations of water. Positive ones are depths in a text, whose third column is a depth; in a
     grid they may be land.

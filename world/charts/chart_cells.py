@@ -18,7 +18,7 @@ DEGREE = 111_320.0  # m along a great circle
 class ChartCells:
     """Longitudes and latitudes (n,) in degrees, and values (n,) in m, NaN where the chart has none.
 
-    `positive` is the direction in which the values increase, "" if the file does not say so. `spacing` is the distance
+    `positive` is the direction in which the values increase, "" if the file does not give it. `spacing` is the distance
     (m) from a cell of a grid to the next one; None for scattered soundings.
     """
 

@@ -1,4 +1,4 @@
-"""The coordinates of a chart: longitude and latitude, or a projection that PROJ knows."""
+"""The coordinates of a chart: longitude and latitude, or a projection of PROJ."""
 
 import importlib
 from typing import Any

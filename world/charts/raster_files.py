@@ -117,7 +117,7 @@ def _block(
 
 
 def _positive(dataset: Any) -> Positive:
-    """The direction that the band's name says, or that of the NetCDF variable from which GDAL or EMODnet made it."""
+    """The direction in the band's name, or that of the NetCDF variable from which GDAL or EMODnet made it."""
     band, variables = dataset.tags(1), {key.partition("#")[0] for key in dataset.tags() if "#" in key}
     names = " ".join([dataset.descriptions[0] or "", band.get("NETCDF_VARNAME", ""), *sorted(variables)]).lower()
     down, up = "depth" in names, "elevation" in names or "height" in names

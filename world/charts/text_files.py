@@ -29,7 +29,7 @@ LINES_AT_ONCE = 1 << 16
 
 
 class _Columns(NamedTuple):
-    """The columns of longitude or easting, latitude or northing, and depth; `degrees` is None if nothing says so."""
+    """The columns of longitude or easting, latitude or northing, and depth; `degrees` is None if unknown."""
 
     x: int = 0
     y: int = 1

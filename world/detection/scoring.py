@@ -20,7 +20,7 @@ class ObjectScore(NamedTuple):
 
     `pictures` are the pictures that showed it (-1 if that is not known), `detections` its detections, `ids` their
     numbers in order of appearance, `switches` how often the number changed. `rms` (m) is the error of the offsets;
-    `nees` the mean of e' P^-1 e, which is 2 for errors e as large as their covariance P says; NaN without one.
+    `nees` the mean of e' P^-1 e, which is 2 for errors e as large as by their covariance P; NaN without one.
     """
 
     pictures: int

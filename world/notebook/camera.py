@@ -31,9 +31,9 @@ class Camera(Sensor):
     [i, i+1) x [j, j+1). `optics` is another lens in its place.
 
     In physical fidelity, what is behind the camera, outside the picture or not finite is left out, and `visible` (N,)
-    tells which points are there; the translation counts, pictures come `fps` times a second, and `capture` tells
+    marks the points that are there; the translation counts, pictures come `fps` times a second, and `capture` returns
     features whether one is taken now. The original takes one in every round(1 / (fps Ts)) steps, ignores the
-    translation, mirrors what is behind it, and has no borders. `fresh` tells whether the last reading was new.
+    translation, mirrors what is behind it, and has no borders. `fresh` is whether the last reading was new.
     Raises ValueError.
     """
 

@@ -57,7 +57,7 @@ class GPS(Sensor):
     """Measures position and velocity over ground as a GpsReading; the last one between two of them, None without any.
 
     `receiver` is "beard" (noise, and an error that wanders), "airsim" (no noise, but late, and converging at the start)
-    or "ideal". There is no fix deeper than `max_depth` (m). The antenna is at `t` (m, body). `fresh` says whether the
+    or "ideal". There is no fix deeper than `max_depth` (m). The antenna is at `t` (m, body). `fresh` is whether the
     last reading was new. Raises ValueError.
     """
 

@@ -94,7 +94,7 @@ class CameraModel(ABC):
     def to_kalibr(self) -> dict[str, Any]:
         """`camera_model`, `intrinsics`, `distortion_model`, `distortion_coeffs`, `resolution` of Kalibr's camchain.
 
-        A lens that Kalibr lacks is fitted; `fit_rms_px` then says how well. Kalibr's pixels count as OpenCV's.
+        A lens that Kalibr lacks is fitted; `fit_rms_px` is then the error. Kalibr's pixels count as OpenCV's.
         """
 
     def pixel_rays(self) -> tuple[Floats, Bools]:

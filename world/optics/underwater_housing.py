@@ -132,7 +132,7 @@ class HousedModel(CameraModel):
 
     Behind a flat port, and off the center of a dome, rays do not meet in one point but along the axis (Agrawal and
     others, CVPR 2012). `project`, `rays` and `jacobian` are those of one point, the camera's center, and right for all
-    that is `subject_distance` m away from it; `project_refracted` is right everywhere, and `axis_crossings` say where
+    that is `subject_distance` m away from it; `project_refracted` is right everywhere, and `axis_crossings` are where
     rays cross the axis. Make one by `put_behind_port`. Raises CalibrationError.
     """
 

@@ -27,7 +27,7 @@ STEPS = np.float32(255.0)
 class Exposure:
     """The sensor behind a lens. By default it is perfect: an instant, no noise, all rows at once.
 
-    The scene is exposed right, whatever the `time` (s): that only says for how long motion smears the picture, as the
+    The scene is exposed right, whatever the `time` (s): that is only for how long motion smears the picture, as the
     mean of `samples` instants. A `gain` above 1 makes up for light that is missing: fewer photons for the same
     brightness. `full_well` is how many electrons are white at a gain of 1; 0 means more than can be counted.
     `read_noise` is the root mean square of electrons that are none. `vignetting` is the share of light that the corner
@@ -59,7 +59,7 @@ class Exposure:
         return self.readout * ((np.arange(rows) + 0.5) / rows - 0.5)
 
     def sample_times(self, bands: int) -> Floats:
-        """(bands * samples,) s from the instant of the picture: what a Shutter of as many bands wants poses of."""
+        """(bands * samples,) s from the instant of the picture: the poses that a Shutter of as many bands needs."""
         smear = self.time * ((np.arange(self.samples) + 0.5) / self.samples - 0.5)
         return (self.row_times(bands)[:, np.newaxis] + smear).ravel()
 
@@ -96,7 +96,7 @@ class Shutter:
 
     @property
     def band_times(self) -> Floats:
-        """(bands,) s from the instant of a picture, at which `labels` wants standpoints."""
+        """(bands,) s from the instant of a picture, at which `labels` needs standpoints."""
         return self.exposure.row_times(self.bands)
 
     def labels(
@@ -121,7 +121,7 @@ class Shutter:
 
     @property
     def sample_times(self) -> Floats:
-        """s from the instant of a picture, at which `take_picture` wants standpoints."""
+        """s from the instant of a picture, at which `take_picture` needs standpoints."""
         return self.exposure.sample_times(self.bands)
 
     def take_picture(

@@ -102,7 +102,7 @@ class SceneCamera:
         return self._landscape.obstruction((place.north, place.east, place.depth), place.height)
 
     def numbered_gliders(self, given: Sequence[Glider] | None) -> tuple[Glider, ...]:
-        """Gliders with the numbers that `labels` gives them. Raises ValueError for numbers that it refuses."""
+        """Gliders with the numbers that `labels` gives them. Raises ValueError for numbers that it rejects."""
         return number_gliders(self._gliders(given))
 
     def _gliders(self, given: Sequence[Glider] | None) -> Sequence[Glider]:

@@ -127,7 +127,7 @@ def draw_board(
     """Draw a board into a window of a face (w, w, 4); `turn` (3, 3) rotates the face's optical frame to NED.
 
     `offset` is the middle of the board from the camera (m, NED); `light(reflected, distance)` is what the camera sees,
-    0 to 255, of reflectances (3, n, m) at distances (n, m) in m; `hidden` says which of its pixels are behind
+    0 to 255, of reflectances (3, n, m) at distances (n, m) in m; `hidden` marks those of its pixels that are behind
     something else.
     """
     width = face.shape[0]

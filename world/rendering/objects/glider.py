@@ -74,7 +74,7 @@ def draw_glider(
     """Draws a glider into a window of a face (w, w, 4); `turn` (3, 3) rotates its optical frame to NED.
 
     `light(reflected, distance)` is what the camera sees, 0 to 255, of reflectances (3, n, m) at distances (n, m) in m;
-    `sun` is the direction to the sun; `hidden` says which of its pixels are behind something else.
+    `sun` is the direction to the sun; `hidden` marks those of its pixels that are behind something else.
     """
     width = face.shape[0]
     center = turn.T @ np.array(mug.center)
