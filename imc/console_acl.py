@@ -19,7 +19,7 @@ REPORTS = frozenset(
 )
 """Messages that any announced system may send, because no task obeys them: reports of other vehicles."""
 OVER_ZENOH = "zenoh"
-"""Stands for an address: zenoh does not say where a packet comes from."""
+"""Stands for an address: zenoh does not report the source of a packet."""
 MAVLINK = "mavlink:"
 ANSWER_PERIOD = 1.0  # s between two answers to one console in the long run
 ANSWERS = 4  # at once: a console asks for more than its user does
@@ -33,7 +33,7 @@ CONTEXT = "Consoles"
 class ConsoleAcl:
     """The systems that may command; without any listed, all may.
 
-    An item is the name or the id of a system, and may say from where: `ccu-lsts-1-1`, `0x4101@10.0.0.5`,
+    An item is the name or the id of a system, optionally with an address: `ccu-lsts-1-1`, `0x4101@10.0.0.5`,
     `0x4101@zenoh`; `mavlink:255` and `mavlink:255@10.0.0.5` are ground stations by their MAVLink system ids.
     `id_of(name)` is the id of a system. Raises ValueError for an item that is not in the syntax, or an unknown name.
     """

@@ -67,7 +67,7 @@ class Service(NamedTuple):
     def endpoint(self) -> Endpoint | None:
         """Destination of the service; None without a port or the address of one computer.
 
-        An Announce can say anything, so no address that reaches several computers is an endpoint.
+        An Announce can contain anything, so no address that reaches several computers is an endpoint.
         """
         try:
             address = IPv4Address(self.address)
@@ -83,7 +83,7 @@ CONSOLE = "/console/"
 
 
 def message_services(signatures: Mapping[int, str]) -> tuple[Service, ...]:
-    """The service that says which messages of its own a system has, by id; none if they are too many for one."""
+    """The service that lists the own messages of a system, by id; none if they are too many for one."""
     items = ",".join(f"{number}-{text}" for number, text in sorted(signatures.items()))
     return (MESSAGES._replace(path=MESSAGES.path + items),) if len(signatures) <= MOST_MESSAGES else ()
 
@@ -144,7 +144,7 @@ class Services:
 
     @property
     def message_checksums(self) -> dict[int, str] | None:
-        """The signatures of the system's own messages, by id; None if it does not say which it has."""
+        """The signatures of the system's own messages, by id; None if it does not announce them."""
         if MESSAGES.scheme not in (service.scheme for service in self.each):
             return None
         items = (item.partition("-") for item in self._about(MESSAGES.scheme, MESSAGES.path).split(","))

@@ -12,7 +12,7 @@ class EncodeError(ValueError):
 
 
 class DecodeError(ValueError):
-    """Bytes that are not a packet of the schema; `reason` says why."""
+    """Bytes that are not a packet of the schema; `reason` is the cause."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)

@@ -1,4 +1,4 @@
-"""Reads packets by an index, and checks that each is what the index says."""
+"""Reads packets by an index, and checks each against the index."""
 
 import errno
 from collections.abc import Iterator
