@@ -1,4 +1,4 @@
-"""Whether an autopilot climbs no faster in a takeoff than the plan says."""
+"""Check that an autopilot climbs no faster in a takeoff than planned."""
 
 import math
 from collections.abc import Callable

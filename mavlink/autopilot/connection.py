@@ -167,7 +167,7 @@ class AutopilotConnection:
         self.send("HEARTBEAT", {**status, "mavlink_version": 3})
 
     def request_messages(self, rates: Rates, now: float) -> None:
-        """Ask for messages by name, each at its rate (Hz); by groups, if an essential one is refused."""
+        """Ask for messages by name, each at its rate (Hz); by groups, if an essential one is rejected."""
         refused: list[str] = []
 
         def settle(name: str, result: int) -> None:

@@ -1,4 +1,4 @@
-"""Positions that Shoal knows better than an autopilot, such as under water, as its GPS."""
+"""Positions that Shoal measures better than an autopilot, such as under water, as its GPS."""
 
 import math
 

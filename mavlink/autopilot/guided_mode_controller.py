@@ -32,7 +32,7 @@ SendCommand = Callable[[str, Fields, Callable[[int], object]], object]
 class ModeController:
     """Leads an autopilot step by step: mode, arming, speed and target, each confirmed before the next.
 
-    What the autopilot says counts: a command is done when HEARTBEAT shows it. A mode that changes after it was reached
+    Reports of the autopilot count: a command is done when HEARTBEAT shows it. A mode that changes after it was reached
     is the will of a person or a failsafe, and is not fought.
 
     send_command: sends a command, and calls with its result. send: sends a message. warn: reports to people. reason:
@@ -176,7 +176,7 @@ class ModeController:
         return self._unless_refused(vehicle.hold, vehicle.instead)
 
     def _unless_refused(self, wanted: int, instead: int | None) -> int:
-        """A mode; another one once it has been refused, as without a position."""
+        """A mode; another one once it has been rejected, as without a position."""
         if self._tries >= TRIES and instead is not None and not self._yields:
             self._yields, self._tries = True, 0
         return instead if self._yields and instead is not None else wanted
@@ -261,7 +261,7 @@ class ModeController:
             self._enter_mode(now, vehicle.land)
 
     def _go_to(self, vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition, now: float) -> None:
-        """Send the target, then its speed: some autopilots lose, or refuse, a speed that comes first."""
+        """Send the target, then its speed: some autopilots lose, or reject, a speed that comes first."""
         if vehicle.offboard:
             return
         if vehicle.targets:
@@ -288,7 +288,7 @@ class ModeController:
             self.targets.repeat()  # Rover takes a speed only with a target
 
     def _enter_mode(self, now: float, wanted: int, *also: int) -> bool:
-        """Whether it is in the wanted mode; asks for it, if not."""
+        """Whether it is in the desired mode; asks for it, if not."""
         if self.mode == wanted or self.mode in also:
             if self._reached != wanted:
                 self._reached, self._tries = wanted, 0
@@ -302,7 +302,7 @@ class ModeController:
         return False
 
     def _arm(self, now: float, wanted: int) -> bool:
-        """Whether it is armed, or disarmed, as wanted; asks for it, if not."""
+        """Whether it is armed, or disarmed, as desired; asks for it, if not."""
         if self.armed == bool(wanted):
             self._had_arms = True
             return True
@@ -325,7 +325,7 @@ class ModeController:
         self._send(command_message(what, number, values), lambda reason: self._on_refusal(reason) if final else None)
 
     def _command(self, command: CommandMessage, then: Callable[[str], object] | None = None) -> None:
-        """Give a command once; a leg that the autopilot refuses is given up, unless `then` takes the refusal."""
+        """Give a command once; a leg that the autopilot rejects is given up, unless `then` takes the refusal."""
         self._sent = True
         self._send(command, then or self._on_refusal)
 
@@ -336,7 +336,7 @@ class ModeController:
             self._warn(reason)
 
     def _send(self, command: CommandMessage, then: Callable[[str], object]) -> None:
-        """Send a command, and call with "" or the reason for which it was refused, unless its goal is over by then."""
+        """Send a command, and call with "" or the reason for which it was rejected, unless its goal is over by then."""
         self._asked, number = True, self._number
 
         def settle(result: int) -> None:

@@ -27,9 +27,9 @@ def describe_autopilot(name: str, *, armed: bool, critical: bool, counts: Mappin
 
 
 class SensorHealth:
-    """Shows the states of entities: what the autopilot says of them, and that it does not.
+    """Shows the states of entities: as the autopilot reports them, and missing reports.
 
-    Navigation is NORMAL only while there are states of it: `report_navigation_state` says so.
+    Navigation is NORMAL only while there are states of it: see `report_navigation_state`.
     """
 
     def __init__(self, show: Show) -> None:
@@ -56,7 +56,7 @@ class SensorHealth:
         self._show(NAVIGATION, State.ERROR, f"no {' and no '.join(names)} for {seconds:g} s")
 
     def expire(self) -> None:
-        """SYS_STATUS does not come any more: what it said is not true any more."""
+        """SYS_STATUS does not come any more: its content is outdated."""
         if self._told:
             self._told = False
             for label in HEALTH:

@@ -130,7 +130,7 @@ class Leg:
         return before != (self.near, self.loitering)
 
     def mark_arrived(self) -> bool:
-        """The autopilot itself says that it has arrived; True if that is new."""
+        """The autopilot itself reports that it has arrived; True if that is new."""
         before = self.near
         self.arrived = True
         self.near = not self.lands and not self.radius

@@ -28,7 +28,7 @@ class LegProgress:
     ) -> tuple[bool, imc.PathControlState | None]:
         """Whether it has just arrived, and the report that is due.
 
-        done: the autopilot says that it has arrived. waits: it has no order to go yet, or circles on its way down.
+        done: the autopilot reports its arrival. waits: it has no order to go yet, or circles on its way down.
         """
         arrived = leg.update_arrival(at, tolerance)
         if done:

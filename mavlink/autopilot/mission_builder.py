@@ -48,7 +48,7 @@ def choose_landing_approach(
 
 @dataclass(slots=True)
 class MissionBuilder:
-    """Makes items of the maneuvers of one plan. Raises ValueError for what no item says.
+    """Makes items of the maneuvers of one plan. Raises ValueError for what no item can express.
 
     `undulation` (m) is that of the geoid, `position` where the vehicle is as the plan begins.
     """

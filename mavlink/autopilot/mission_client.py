@@ -27,7 +27,7 @@ UNKNOWN_TOTAL = 0xFFFF
 
 
 class MissionPhase(Enum):
-    """NONE: there is no mission of ours. FAILED: it could not be written; `MissionClient.error` says why."""
+    """NONE: there is no mission of ours. FAILED: it could not be written; `MissionClient.error` is the reason."""
 
     NONE = auto()
     WRITING = auto()
@@ -41,10 +41,10 @@ class MissionClient:
     """Writes a mission and reads it back, as the client of MAVLink's mission protocol.
 
     The last acknowledgment of an upload may be lost; then autopilots leave the repeated last item unanswered, or
-    refuse it. What is read back decides.
+    reject it. What is read back decides.
 
     `first` is the number of the first item that is flown: ArduPilot keeps its home as item 0. `current` is the item
-    that it heads for, -1 if unknown; `reached` the last one that it says it has done. `changed`: another mission has
+    that it heads for, -1 if unknown; `reached` the last one that it reports as done. `changed`: another mission has
     come in the place of ours. `begun`: it is at an item that it was ordered to go to.
     """
 
@@ -87,7 +87,7 @@ class MissionClient:
         self._request("MISSION_COUNT", {"count": len(items)}, now)
 
     def reset(self) -> None:
-        """There is no mission of ours any more: the autopilot has gone, or it is not wanted."""
+        """There is no mission of ours any more: the autopilot has gone, or it is not needed."""
         self.phase, self.error, self.items, self.changed = MissionPhase.NONE, "", (), False
         self.begun, self.current, self.reached = False, -1, -1
         self._id, self._total, self._redirected_at, self._unsure = 0, UNKNOWN_TOTAL, -math.inf, False
@@ -110,7 +110,7 @@ class MissionClient:
             self._continue_download(name, values, now)
 
     def may_be_over(self, now: float, *, left: bool) -> bool:
-        """Whether an autopilot that has left its mission just now may have done it: what says so may be lost, or late.
+        """Whether an autopilot that has just left its mission may have done it: the report may be lost, or late.
 
         Autopilots hold or return by themselves after the last item.
         """
@@ -147,7 +147,7 @@ class MissionClient:
         return False
 
     def is_past(self, item: int) -> bool:
-        """Whether the autopilot says that it has done an item."""
+        """Whether the autopilot reports that it has done an item."""
         return self.begun and (self.reached >= item or self.current > item)
 
     def _request(self, name: str, values: Mapping[str, Any], now: float) -> None:

@@ -23,7 +23,7 @@ class MissionMap:
         self._client.reset()
 
     def upload_plan(self, plan: imc.PlanSpecification, writer: Callable[[], MissionBuilder], now: float) -> None:
-        """A plan begins: put it into the memory; what no item can say ends it with its first leg."""
+        """A plan begins: put it into the memory; content that no item can express ends it with its first leg."""
         if not self._uploads:
             return
         self.reset()

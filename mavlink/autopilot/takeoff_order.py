@@ -1,4 +1,4 @@
-"""Whether a takeoff that was refused takes place all the same: in the air, ArduPilot refuses a copy of the command."""
+"""Whether a takeoff that was rejected takes place all the same: in the air, ArduPilot rejects a copy of the command."""
 
 import math
 from collections.abc import Callable

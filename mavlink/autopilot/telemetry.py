@@ -22,7 +22,7 @@ GEOID_ERROR = 5.0  # m
 
 
 class Telemetry:
-    """Translates what an autopilot says; leaves out what is no number, no place on Earth, or older than it seems.
+    """Translates the messages of an autopilot; leaves out what is no number, no place on Earth, or older than it seems.
 
     undulation: height of the geoid above the ellipsoid (m). patience: s after which a position is too old. age: for how
     long (s) the autopilot was silent since a time. invalid: how many messages were left out. position: where the

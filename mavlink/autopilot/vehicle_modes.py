@@ -14,7 +14,7 @@ PX4_AUTO, PX4_ORBIT, PX4_OFFBOARD = 4 * PX4_MAIN, 3 * PX4_MAIN + PX4_SUB, 6 * PX
 class SteeredVehicle:
     """Vehicle that an autopilot steers, and the numbers (`custom_mode`) of its modes; None for missing ones.
 
-    `mission` is the mode in which it carries out the mission in its memory, `instead` that for a hold that is refused.
+    `mission` is the mode in which it carries out the mission in its memory, `instead` that for a hold that is rejected.
     `flies`: it takes off, and must not be disarmed in the air. `targets`: it follows a stream of
     SET_POSITION_TARGET_GLOBAL_INT; others get one DO_REPOSITION for a leg. `offboard`: it leaves its mode, by itself,
     when this stream ends. `roams`: it cannot stand still, and circles around the end of a leg. `orbit`: the mode in

@@ -1,4 +1,4 @@
-"""An IMC plan as items of a mission, with remarks on what items cannot say."""
+"""An IMC plan as items of a mission, with remarks on what items cannot express."""
 
 import math
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from mavlink.positions import Home, degrees_e7
 
 
 class ConvertedMission(NamedTuple):
-    """A plan as items. `remarks` say what they cannot; without any, `plan_of` makes the same plan of them.
+    """A plan as items. `remarks` list what they cannot express; without any, `plan_of` makes the same plan of them.
 
     The names of maneuvers do not count, nor do fields that no maneuver of Shoal uses, such as timeouts.
     """

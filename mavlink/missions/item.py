@@ -80,7 +80,7 @@ class Item(NamedTuple):
         return {**self.fields(seq), "x": self.x / factor, "y": self.y / factor}
 
     def pack(self) -> bytes:
-        """All values as bytes; what does not fit its field is cut, so nothing is ever refused here."""
+        """All values as bytes; what does not fit its field is cut, so nothing is ever rejected here."""
         floats = [to_float32(value) for value in (self.param1, self.param2, self.param3, self.param4)]
         places = [int(value) & 0xFFFFFFFF for value in (self.x, self.y)]
         small = [int(value) & 0xFF for value in (self.frame, self.current, self.autocontinue, self.mission_type)]
@@ -106,7 +106,7 @@ def to_float32(value: float) -> float:
 
 
 def opaque_id(items: Iterable[Item]) -> int:
-    """The id by which consoles notice another mission; not 0, which says that there is no id.
+    """The id by which consoles notice another mission; not 0, which means that there is no id.
 
     `current` does not count: it changes while a mission is flown.
     """

@@ -20,7 +20,7 @@ UNLIMITED = 1000  # points of one maneuver; more than a mission has items
 
 
 class ItemBuilder:
-    """Makes items of maneuvers; `steps` has the maneuvers of each. What items cannot say is left out of them.
+    """Makes items of maneuvers; `steps` has the maneuvers of each. What items cannot express is left out of them.
 
     `unset` stands for a yaw that is not given: NaN, or 0 for ArduPilot.
     """
@@ -35,7 +35,7 @@ class ItemBuilder:
         self._speed = context.usual_speed
 
     def add_next_maneuvers(self, chain: Chain) -> int:
-        """Add the first maneuver of a chain, and those after it that the same item says; how many these are."""
+        """Add the first maneuver of a chain, and those after it that the same item expresses; how many these are."""
         node = chain[0]
         self.switch_camera(node.start_actions)
         taken = MANEUVERS.get(type(node.data), _somewhere)(self, chain)
@@ -69,7 +69,7 @@ class ItemBuilder:
         self.steps.append(())
 
     def set_speed(self, maneuver: Any) -> None:
-        """Say the speed of a maneuver, if it is new and an item can say it."""
+        """Add the speed of a maneuver, if it is new and an item can express it."""
         units = imc.SpeedUnits
         speed = maneuver.speed, maneuver.speed_units
         if speed == self._speed or not 0.0 < maneuver.speed < math.inf:
@@ -83,7 +83,7 @@ class ItemBuilder:
         self._speed = speed
 
     def switch_camera(self, actions: Iterable[imc.Message | None]) -> None:
-        """Say where the camera is switched."""
+        """Add items where the camera is switched."""
         context = self.context
         commands = ((True, MissionCommand.IMAGE_START_CAPTURE), (False, MissionCommand.IMAGE_STOP_CAPTURE))
         for action in actions:

@@ -21,13 +21,13 @@ KEY, ITEMS = "TransectStyleComplexItem", "Items"
 
 
 class MissionFileError(LocatedError):
-    """A file that does not hold a mission; the text says where and why."""
+    """A file that does not hold a mission; the text gives place and reason."""
 
 
 class MissionFile(NamedTuple):
     """The items of a file without home.
 
-    `home` is in degrees and m above mean sea level, `vehicle_type` a MAV_TYPE or 0, `speed` in m/s or 0; `remarks` say
+    `home` is in degrees and m above mean sea level, `vehicle_type` a MAV_TYPE or 0, `speed` in m/s or 0; `remarks` list
     what the file has besides.
     """
 

@@ -64,7 +64,7 @@ class PlanBuilder:
         return ConvertedPlan(plan, ItemMap(tuple(self._steps), self._first))
 
     def add(self, maneuver: imc.Message) -> None:
-        """Append a maneuver; an aircraft takes off first, as PX4's do when their mission does not say so."""
+        """Append a maneuver; an aircraft takes off first, as PX4's do when their mission does not contain a takeoff."""
         if self._returned:
             raise MissionError(MissionResult.INVALID, "comes after a return to launch, which ends a mission")
         if self.context.flies and not isinstance(maneuver, imc.IdleManeuver | imc.Land):

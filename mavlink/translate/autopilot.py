@@ -235,7 +235,7 @@ def _imu(m: Any) -> TranslatedMessages:
 
 
 def _fine_imu(m: Any) -> TranslatedMessages:
-    """HIGHRES_IMU, which PX4 sends in place of RAW_IMU; `fields_updated` says which sensors there are."""
+    """HIGHRES_IMU, which PX4 sends in place of RAW_IMU; `fields_updated` marks the sensors that are there."""
     gyro = (m.xgyro, m.ygyro, m.zgyro) if m.fields_updated & HAS_GYRO else None
     acceleration = (m.xacc, m.yacc, m.zacc) if m.fields_updated & HAS_ACCELERATION else None
     yield from imu_messages(IMU, gyro, acceleration)
@@ -244,7 +244,7 @@ def _fine_imu(m: Any) -> TranslatedMessages:
 
 
 def _wind(m: Any) -> TranslatedMessages:
-    """WIND of ArduPilot says where it comes from, and the length of the whole vector."""
+    """WIND of ArduPilot gives the direction it comes from, and the length of the whole vector."""
     level = math.sqrt(max(0.0, m.speed * m.speed - m.speed_z * m.speed_z))
     towards = math.radians(m.direction + 180.0)
     return _stream(level * math.cos(towards), level * math.sin(towards), m.speed_z)

@@ -95,7 +95,7 @@ class DataFlashTranslator:
     """Turns the records of one log into IMC, each with the label of the entity that sends it.
 
     ATT gives EstimatedState, its position extrapolated from the last POS, its velocity that of the EKF in use. Heights
-    are above mean sea level, except those of a GPS that knows its geoid. enumerations: those of the dialect.
+    are above mean sea level, except those of a GPS with a geoid. enumerations: those of the dialect.
     """
 
     def __init__(self, flight: LoggedFlight, enumerations: Mapping[str, Mapping[int, str]]) -> None:

@@ -44,7 +44,7 @@ INTEGERS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}
 class TransactionTranslator:
     """Turns what goes to and from one autopilot, a system of a recording, into IMC with labels of entities.
 
-    A mission that was transferred whole becomes a PlanSpecification or, if IMC cannot say it, a LogBookEntry with the
+    A mission transferred whole becomes a PlanSpecification or, if IMC cannot express it, a LogBookEntry with the
     reason. Further values of parameters become EntityParameters. `type_` and `autopilot` are those of its HEARTBEAT.
     """
 

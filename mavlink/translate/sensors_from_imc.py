@@ -1,4 +1,4 @@
-"""Measurements of sensors and batteries in IMC as MAVLink fields; unknown values are what MAVLink says for unknown."""
+"""Measurements of sensors and batteries in IMC as MAVLink fields; unknown values are those of MAVLink for unknown."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -84,7 +84,7 @@ def attitude_quaternion(state: imc.EstimatedState, time: int) -> Fields | None:
 def odometry(state: imc.EstimatedState, local: Fields, uncertainty: imc.NavigationUncertainty | None) -> Fields | None:
     """ODOMETRY from LOCAL_POSITION_NED: position from home in north, east, down, velocities along the body's axes.
 
-    Of the covariances only the variances of x, y, z are filled in, and NaN where nothing is known, as MAVLink says.
+    Of the covariances only the variances of x, y, z are filled in, and NaN where nothing is known, as in MAVLink.
     """
     angles, over_ground = (state.phi, state.theta, state.psi), velocity_of(state)
     if over_ground is None or not all(map(math.isfinite, (*angles, state.p, state.q, state.r))):

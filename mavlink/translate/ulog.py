@@ -69,7 +69,7 @@ class ULogTranslator:
     """Turns the topics of one log into IMC, each with the label of the entity that sends it.
 
     vehicle_attitude gives EstimatedState, its position extrapolated from the last vehicle_global_position. Heights are
-    above mean sea level, except those of a GPS that knows its geoid.
+    above mean sea level, except those of a GPS with a geoid.
     """
 
     def __init__(self, flight: LoggedFlight) -> None:

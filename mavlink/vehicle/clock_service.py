@@ -1,4 +1,4 @@
-"""Questions about time: how far a station is away, and what the vehicle's clock says."""
+"""Requests about time: the delay of a station, and the vehicle's clock."""
 
 from collections.abc import Mapping
 

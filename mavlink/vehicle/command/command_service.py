@@ -30,7 +30,7 @@ Command = Callable[[Session, CommandRequest, float], CommandResult | None]
 class CommandService(MavlinkService):
     """COMMAND_LONG and COMMAND_INT to one component.
 
-    `moving` are the commands that act on the vehicle: they are counted in the model, and refused with `refusal` if
+    `moving` are the commands that act on the vehicle: they are counted in the model, and rejected with `refusal` if
     that is not empty.
     """
 
@@ -48,7 +48,7 @@ class CommandService(MavlinkService):
         return {"COMMAND_LONG": self.receive, "COMMAND_INT": self.receive}
 
     def receive(self, session: Session, message: ReceivedMessage, now: float) -> None:
-        """Carry out a command, acknowledge it, and send the reason if it is refused.
+        """Carry out a command, acknowledge it, and send the reason if it is rejected.
 
         An order that takes time is acknowledged when the vehicle has answered, and before that as in progress if that
         takes long, except for those WITHOUT_PROGRESS.

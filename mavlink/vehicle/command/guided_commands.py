@@ -154,7 +154,7 @@ def _send(
     now: float,
     change: Callable[[imc.PlanSpecification], imc.PlanSpecification] = lambda plan: plan,
 ) -> CommandResult | None:
-    """Start a plan of items; the order is answered when the vehicle has accepted or refused it."""
+    """Start a plan of items; the order is answered when the vehicle has accepted or rejected it."""
     try:
         plan = plan_of(items, FLAVORS["generic"], control.model.conversion_settings(name)).plan
     except BadItem as bad:

@@ -29,7 +29,7 @@ Has = imc.Reference.Flags
 
 
 class OffboardTarget:
-    """The place that a program wants, and since when the vehicle follows it."""
+    """The place that a program sends, and since when the vehicle follows it."""
 
     def __init__(self, control: VehicleControl) -> None:
         self._control = control

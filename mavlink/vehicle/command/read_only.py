@@ -10,7 +10,7 @@ from mavlink.vehicle.session import Session
 
 
 def refuse_if_read_only(session: Session, message: ReceivedMessage, reason: str, now: float) -> bool:
-    """Whether a message is an order that is refused now; orders by COMMAND_LONG and COMMAND_INT are none here."""
+    """Whether a message is an order that is rejected now; orders by COMMAND_LONG and COMMAND_INT are none here."""
     answer = REFUSED.get(message.name)
     if not reason or (answer is None and message.name not in STEERING):
         return False

@@ -73,7 +73,7 @@ class SetpointService(MavlinkService):
             finish(reply)
 
     def _manual_control(self, session: Session, message: ReceivedMessage, now: float) -> None:
-        """The axes steer; the buttons do what the profile says, in each mode."""
+        """The axes steer; the buttons have the functions of the profile, in each mode."""
         targets, values = self._targets, message.values
         control = targets.control
         if values["target"] not in (0, control.model.system):

@@ -37,7 +37,7 @@ class FtpOpcode(IntEnum):
 
 
 class FtpErrorCode(IntEnum):
-    """Why a request is refused."""
+    """Why a request is rejected."""
 
     ERRNO = 2
     DATA_SIZE = 3
@@ -54,7 +54,7 @@ NOT_FOUND = (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAME
 
 
 class FtpError(Exception):
-    """A request that is refused; `number` is that of the operating system, for ERRNO."""
+    """A request that is rejected; `number` is that of the operating system, for ERRNO."""
 
     def __init__(self, reason: FtpErrorCode, number: int = 0):
         super().__init__(reason.name)

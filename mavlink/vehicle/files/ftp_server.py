@@ -98,7 +98,7 @@ class _Dialogue:
 class FtpServer:
     """Answers requests for the files of a tree; whoever asks is known by any value, such as (system, component).
 
-    A session that nobody uses for `timeout` seconds is closed. Nothing raises: what fails is refused.
+    A session that nobody uses for `timeout` seconds is closed. Nothing raises: what fails is rejected.
     """
 
     def __init__(self, tree: VirtualFiles, *, timeout: float = 60.0):

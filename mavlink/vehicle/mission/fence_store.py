@@ -18,7 +18,7 @@ class _Waiting(NamedTuple):
 
 
 class FenceStore:
-    """A fence of the vehicle at a port; its operational limits say whether it has been taken."""
+    """A fence of the vehicle at a port; its operational limits show whether it has been taken."""
 
     def __init__(self, limits: VehicleLimits, port: VehiclePort) -> None:
         self._limits, self._port = limits, port

@@ -164,7 +164,7 @@ class MissionStore:
         return self._is_old
 
     def update(self, plan: imc.PlanControlState, now: float) -> bool:
-        """Follow the vehicle's plan; whether what MISSION_CURRENT says has changed."""
+        """Follow the vehicle's plan; whether the content of MISSION_CURRENT has changed."""
         before = self.plan, self.state, self.current
         self._phase = Phase(plan.state) if plan.state in set(Phase) else Phase.BLOCKED
         running = self._phase is Phase.EXECUTING

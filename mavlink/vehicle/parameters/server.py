@@ -1,4 +1,4 @@
-"""The parameter protocol: stations list, read and set parameters; all of them learn of each change."""
+"""The parameter protocol: stations list, read and set parameters; all of them receive each change."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -20,7 +20,7 @@ SET_TIMEOUT = 0.25  # s for the vehicle's answer
 
 
 class ParameterServer(MavlinkService):
-    """Shows and sets the parameters of a table; `sessions()` are those that learn of changes."""
+    """Shows and sets the parameters of a table; `sessions()` are those that receive changes."""
 
     def __init__(self, table: ParameterTable, port: VehiclePort, sessions: Callable[[], Iterable[Session]]) -> None:
         self._table = table

@@ -16,7 +16,7 @@ Built = Fields | Sequence[Fields] | None
 
 class MessageStream(NamedTuple):
     """A message: `rate` is its default in Hz, 0 for one that is only sent on request, or the option of the task that
-    gives it; `low` the default on slow links. `group` is that of the older REQUEST_DATA_STREAM. `sources` says what it
+    gives it; `low` the default on slow links. `group` is that of the older REQUEST_DATA_STREAM. `sources` is what it
     is made of. `build` gives the fields of each instance, and none while they are unknown; the second parameter of
     REQUEST_MESSAGE chooses the instance by the field `numbered`.
     """
