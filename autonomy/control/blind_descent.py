@@ -10,7 +10,7 @@ UNMEASURED, MEASURED = 2.0, 6.0  # times the time of the descent; where speed is
 
 
 class BlindDescent:
-    """Knows how high the vehicle may be. The second descent within two minutes is `final`: it ends on the ground."""
+    """Bounds the height of the vehicle. The second descent within two minutes is `final`: it ends on the ground."""
 
     def __init__(self) -> None:
         self.forget()

@@ -9,7 +9,7 @@ UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
 
 
 class LandingReasons:
-    """Knows fuel level (%) and mode of the vehicle, and how long it has hovered without a maneuver."""
+    """Tracks fuel level (%) and mode of the vehicle, and how long it has hovered without a maneuver."""
 
     def __init__(self) -> None:
         self.fuel = math.inf
@@ -26,7 +26,7 @@ class LandingReasons:
         """The reason `dt` s after the last call, or empty.
 
         `lowest` is the fuel level (%) below which it lands, `timeouts` are those of hovering and of hovering after an
-        error (s, 0 for never), `hovers` says that it hovers and nothing controls it.
+        error (s, 0 for never), `hovers` is whether it hovers and nothing controls it.
         """
         if self.fuel < lowest:
             return "the battery is low"

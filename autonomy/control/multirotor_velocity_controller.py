@@ -54,7 +54,7 @@ class MultirotorController:
     """PIDs of velocity north, east and down, whose reference changes no faster than the vehicle can accelerate.
 
     `velocity` (m/s) is the desired velocity of the last step within the limits. `weight` (m/s²) is the specific thrust
-    that carries the vehicle, learned in level flight; `descend_blind` needs it. `falling` (m/s) is the descent there.
+    that carries the vehicle, estimated in level flight; `descend_blind` needs it. `falling` (m/s) is the descent there.
     """
 
     def __init__(self, gains: MultirotorGains):
@@ -149,7 +149,7 @@ class MultirotorController:
             self.weight, self._confirmed = self._by_force, True
 
     def update_load(self, dt: float, force: float | None) -> None:
-        """Learn at once that a load is lost or added, from the specific force (m/s²) along the mast in the last `dt` s.
+        """Detect at once a lost or added load, from the specific force (m/s²) along the mast in the last `dt` s.
 
         One that differs from gravity is not that of a vehicle on the ground.
         """

@@ -37,9 +37,9 @@ EFFECTS = 0.25, 0.5, 0.5  # N m/rad of a fin about roll, pitch, yaw
 class AscentMonitor:
     """Decides when a vehicle without a plan needs its motor to rise.
 
-    `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` says that
+    `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` means that
     the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
-    the next one is `astern`, since fins that are stuck may point the vehicle down. `pitch_faulty` says that the pitch
+    the next one is `astern`, since fins that are stuck may point the vehicle down. `pitch_faulty` means that the pitch
     contradicts the depth, so that fins are better turned by the depth. A heavy vehicle whose depth is that
     of the surface, but whose GPS has no fix there, gets help in spells: the depth may be wrong. So does one that sinks
     by its vertical speed, or whose depth has jumped.
@@ -95,8 +95,8 @@ class AscentMonitor:
     ) -> None:
         """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth.
 
-        `unfixed` says that GPS, which has had fixes, has none now. `rising` is the vertical speed upward (m/s), None if
-        it is unknown: a vehicle rises if depth and speed say so. `jumped` (m) is by how much the depth has become
+        `unfixed` means that GPS, which had fixes, has none now. `rising` is the vertical speed upward (m/s), None if
+        it is unknown: a vehicle rises if depth and speed show it. `jumped` (m) is by how much the depth has become
         less at once.
         """
         if not math.isnan(self._updated):
@@ -229,5 +229,5 @@ def ascent_fins(angles: Vector, rates: Vector, pitch: float, limit: float) -> Fi
 
 
 def blind_ascent_fins(rising: float, limit: float) -> Fins:
-    """Deflections (rad) without an attitude, from the speed upward alone (m/s): it says whether the bow is up."""
+    """Deflections (rad) without an attitude, from the speed upward alone (m/s): it shows whether the bow is up."""
     return allocate_fins((0.0, RISING_GAIN * (RISING - rising), 0.0), EFFECTS, limit)

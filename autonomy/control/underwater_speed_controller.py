@@ -74,7 +74,7 @@ class ThrusterController:
         return self.rpm
 
     def actuation(self, measured: float, wanted: float | None, dt: float) -> float:
-        """The actuation at a measured rotation rate for a wanted one (rpm); 0 if none is wanted.
+        """The actuation at a measured rotation rate for a desired one (rpm); 0 if none is desired.
 
         `dt` is the time since the last measurement (s), 0 if that was too long ago.
         """

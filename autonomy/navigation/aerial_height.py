@@ -47,7 +47,7 @@ class AerialHeight:
         self._unknown_velocity: float | None = None
 
     def resume(self, velocity_variance: float) -> None:
-        """Take the next pressure as it is: nobody knows how far the vehicle has climbed meanwhile, and how it climbs.
+        """Take the next pressure as it is: it is unknown how far the vehicle has climbed meanwhile, and how it climbs.
 
         The latter has a variance (m²/s²).
         """

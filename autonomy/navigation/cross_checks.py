@@ -45,7 +45,7 @@ class AttitudeCheck:
         return self._gate.rejected > 0
 
     def resume(self) -> None:
-        """Take the next attitude as it is: nobody knows how the vehicle has turned since the last one."""
+        """Take the next attitude as it is: it is unknown how the vehicle has turned since the last one."""
         self._angles = None
 
     def evaluate(self, elapsed: float, angles: Vector, rates: Vector | None) -> GateDecision:
@@ -99,7 +99,7 @@ class AttitudeCheck:
 class DepthCheck:
     """Compares depth (m) with the vertical speed by velocity log and attitude, and by motor and attitude (m/s).
 
-    `fault` says for people that the depth is wrong, `velocity_faulty` that depth and motor contradict the velocity.
+    `fault` is the text for people on a wrong depth, `velocity_faulty` whether depth and motor contradict the velocity.
     `misalignment` (rad) is the largest one between velocity log and attitude reference: it explains a slow drift.
     """
 
@@ -126,7 +126,7 @@ class DepthCheck:
         self._drift.reset()
 
     def resume(self) -> None:
-        """Take the next depth as it is: nobody knows how the vehicle has sunk since the last one."""
+        """Take the next depth as it is: it is unknown how the vehicle has sunk since the last one."""
         self._depth = math.nan
         self._elapsed = self._sunk = self._driven = self._allowance = 0.0
 

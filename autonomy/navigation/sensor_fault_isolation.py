@@ -1,4 +1,4 @@
-"""Compares the sensors of an underwater vehicle with each other, and says which of them is faulty."""
+"""Compares the sensors of an underwater vehicle with each other, and finds the faulty ones."""
 
 import math
 from typing import Protocol
@@ -147,7 +147,7 @@ class SensorChecks:
         return position is None and self._deep_fixes >= DEEP_FIXES
 
     def check_position_reset(self, now: float, position: PositionEstimate, decision: GateDecision) -> None:
-        """Say that fixes have reset the position; a receiver that jumps ends a plan."""
+        """Report that fixes have reset the position; a receiver that jumps ends a plan."""
         if decision is GateDecision.RESET:
             self._fix_drift.reset()
             self._log.warning("fixes contradict the position, which is reset to theirs")

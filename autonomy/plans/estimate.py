@@ -25,7 +25,7 @@ class Powertrain:
     """Tables of speed (m/s), propeller speed (rpm), actuation (%) and power (W), and the hotel load (W).
 
     The first three fields are one table, `power_rpms` and `powers` another. A point counts as reached `ahead` s early.
-    `circles` is whether the vehicle stays on a circle at a station under water that does not say. A multirotor stops at
+    `circles` is whether the vehicle circles at a station under water that leaves this open. A multirotor stops at
     each point, with `acceleration` (m/s²). A ScheduledGoto has a speed from `slowest` to `fastest` (m/s), and a
     CompassCalibration ends after `turns`.
     """
@@ -166,7 +166,7 @@ def _climb_or_descent(maneuver: imc.Takeoff | imc.Land, speed: float, vertical: 
 def drifts_at_surface(station: imc.StationKeeping, circles: bool) -> bool:
     """Whether the vehicle drifts at the surface; under water it may circle, in the air it hovers.
 
-    `circles` is whether it circles if the station does not say.
+    `circles` is whether it circles if the station leaves this open.
     """
     below = parse_tuple_list(station.custom).get("Under Water", "circle" if circles else "surface").lower()
     is_shallow = station.z <= SURFACE or below != "circle"

@@ -17,7 +17,7 @@ Actions = tuple[imc.Message | None, ...]
 
 
 class PlanError(ValueError):
-    """A plan cannot be executed; the text says why."""
+    """A plan cannot be executed; the text gives the reason."""
 
 
 @dataclass

@@ -20,7 +20,7 @@ SectionReader = Callable[[str, str], str]
 
 
 class PreflightOptionError(ValueError):
-    """The value of an option of the profile is invalid: `option` is its name, `reason` says why."""
+    """The value of an option of the profile is invalid: `option` is its name, `reason` is the cause."""
 
     def __init__(self, option: str, reason: str):
         super().__init__(f"{option}: {reason}")
@@ -73,7 +73,7 @@ class Preflight:
         limits: imc.OperationalLimits | None = None,
         airborne: bool = False,
     ) -> PlanForecast:
-        """Estimate a plan from the position of the vehicle with `fuel` (%) left. Raises PlanError if it is refused.
+        """Estimate a plan from the position of the vehicle with `fuel` (%) left. Raises PlanError if it is rejected.
 
         A vehicle that supports Takeoff is aerial; `airborne` is True if it is in the air already.
         """

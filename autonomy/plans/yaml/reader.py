@@ -169,7 +169,7 @@ class PlanReader:
         return values
 
     def _check(self, node: Node, key: str, value: object) -> None:
-        """Refuse a number that no maneuver can have."""
+        """Reject a number that no maneuver can have."""
         if not isinstance(value, int | float):
             return
         if not math.isfinite(value):
