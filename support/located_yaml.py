@@ -50,7 +50,7 @@ class Node:
     def value(self) -> Any:
         """The content as YAML 1.1 types it: numbers, booleans, dates, None, text, lists, dictionaries.
 
-        1e-3 is text there: it may be a name, and whoever wants a number reads one.
+        1e-3 is text there: it may be a name, and readers of numbers convert it.
         """
         if isinstance(self.content, dict):
             return {key: node.value() for key, node in self.content.items()}

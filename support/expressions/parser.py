@@ -48,7 +48,7 @@ _KEYWORDS = {"and": "and", "&&": "and", "or": "or", "||": "or", "not": "not", "!
 
 
 class _Word(NamedTuple):
-    """A word: `kind` is that of the pattern, `value` what it says in short."""
+    """A word: `kind` is that of the pattern, `value` its short text."""
 
     kind: str
     value: str
@@ -106,7 +106,7 @@ class _Parser:
         return ExpressionError(f"{found!r} is not understood{meant}", start)
 
     def _check_number_end(self, match: "re.Match[str]") -> None:
-        """Refuse a number with letters right behind it that are no unit: 3kmh, 5mn."""
+        """Reject a number with letters right behind it that are no unit: 3kmh, 5mn."""
         end = match.end("number")
         wrong = _UNKNOWN_UNIT.match(self._text, end) if match["symbol"] is None else None
         if wrong is not None and wrong.group().lower() not in _KEYWORDS:
@@ -266,7 +266,7 @@ def _no_unit(symbol: str) -> str:
 
 
 def _check_condition(node: SyntaxNode) -> SyntaxNode:
-    """Refuse a value where a condition belongs; what a word or a call alone means is decided by its user."""
+    """Reject a value where a condition belongs; what a word or a call alone means is decided by its user."""
     if isinstance(node, (*CONDITION_TYPES, Call)) or (isinstance(node, Name) and node.is_bare):
         return node
     raise ExpressionError("a comparison is missing", node.at + len(node.text))

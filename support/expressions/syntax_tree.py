@@ -1,4 +1,4 @@
-"""The tree of an expression: what a text says, before anybody knows what its names mean."""
+"""The tree of an expression: the content of a text, before its names have a meaning."""
 
 from dataclasses import dataclass, field
 from typing import TypeAlias
