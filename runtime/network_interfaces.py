@@ -55,13 +55,13 @@ def interfaces() -> list[Interface]:
 
 
 def enable_icmp_errors(sender: socket.socket) -> None:
-    """Have a UDP socket remember who refuses its packets, where the system can; see `refused_destinations`."""
+    """Have a UDP socket store which computers reject its packets, where the system can; see `refused_destinations`."""
     with suppress(OSError):
         sender.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
 
 
 def refused_destinations(sender: socket.socket) -> Iterator[tuple[str, int]]:
-    """The addresses and ports where nobody listens, as the computers there say of packets that were sent."""
+    """The destinations that returned ICMP port unreachable for packets that were sent."""
     for _ in range(MOST_REFUSALS):
         try:
             _, notes, _, place = sender.recvmsg(0, 128, ERROR_QUEUE)

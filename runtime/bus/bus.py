@@ -40,7 +40,7 @@ class Bus:
     them to other processes of the vehicle.
     What other processes send waits in `inbox`, and gets at most half of the time of a wall clock while the vehicle has
     work to do.
-    `accepts` says of each message of this vehicle that another process has sent whether to take it. `on_malformed` gets
+    `accepts` decides on each message of this vehicle that another process has sent. `on_malformed` gets
     the system that has sent what cannot be read, and the reason.
     Counted: `delivered`; of the packets from other processes `malformed`, `refused` by `accepts`, and `inbox.dropped`
     if they arrive too fast.

@@ -8,7 +8,7 @@ LONGEST_LINE = 1024  # bytes
 LONGEST_FRAME = 4096  # bytes
 
 Size = Callable[[bytes], int | None]
-"""The size of the frame at the beginning of some bytes; None if more bytes are needed to say, 0 if it is no frame."""
+"""Size of the frame at the beginning of some bytes; None if more bytes are needed, 0 if it is no frame."""
 
 
 def parse_number(text: str) -> float:
@@ -113,7 +113,7 @@ class LineSplitter:
 class FrameSplitter:
     """Frames that begin with certain bytes.
 
-    `kinds` has, for the first bytes of each kind of frame, a function that returns its size. `valid` says whether a
+    `kinds` has, for the first bytes of each kind of frame, a function that returns its size. `valid` returns whether a
     frame is undamaged; else its first byte is skipped, and the search goes on with the second, so that no good frame is
     lost in a damaged one. Frames have at most `longest` bytes.
     """

@@ -37,7 +37,7 @@ class FaultInjector:
 
     @property
     def unused_faults(self) -> list[str]:
-        """The faults that have begun and changed nothing: the task has said nothing that they concern."""
+        """The faults that have begun and changed nothing: the task has published nothing that they concern."""
         return [text for source, spoil, text in self._spoils if id(spoil) not in source.acted]
 
     def prepare_fault(self, task: str, fault: Fault) -> None:

@@ -26,7 +26,7 @@ LARGEST = {"fp32_t": 3.4028234663852886e38, "fp64_t": math.inf}
 
 
 class FaultError(ValueError):
-    """The task cannot have this fault; the text says why."""
+    """The task cannot have this fault; the text gives the reason."""
 
 
 @dataclass(frozen=True)

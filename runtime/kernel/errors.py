@@ -28,7 +28,7 @@ class SimulatedCrash(RuntimeError):
 
 
 def to_ordinary_exception(error: BaseException) -> Exception:
-    """`error`, or one that says what it means; raises those that are meant for the program: KeyboardInterrupt."""
+    """`error`, or one with its meaning; raises those that are meant for the program: KeyboardInterrupt."""
     if isinstance(error, Exception):
         return error
     if isinstance(error, HandlerBlockedError):

@@ -1,4 +1,4 @@
-"""Watches a kernel from a thread of its own: says what blocks it, breaks endless loops, and ends a stop that hangs."""
+"""Watches a kernel from its own thread: reports what blocks it, breaks endless loops, and ends a stop that hangs."""
 
 import contextlib
 import ctypes

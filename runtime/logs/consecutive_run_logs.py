@@ -36,7 +36,7 @@ def resolve_log_folder(told: Path, current: Path | None) -> Path:
 
 
 def read_log_run_position(folder: Path) -> RunPosition | None:
-    """The place of a log in its run; None if the folder does not say, or not in a way that makes sense."""
+    """The place of a log in its run; None if the folder has none, or an invalid one."""
     try:
         if not (folder / RUN_FILE).is_file():  # a pipe would be waited for
             return None
@@ -48,7 +48,7 @@ def read_log_run_position(folder: Path) -> RunPosition | None:
 
 
 def logs_of_run(folder: Path) -> list[Path]:
-    """The folders of all logs of the run that a log belongs to, in order; a log that does not say is alone.
+    """The folders of all logs of the run that a log belongs to, in order; a log without that is alone.
 
     They are looked for in the vehicle's folder, beside it; elsewhere it is alone. Raises ValueError if two logs claim
     the same number.

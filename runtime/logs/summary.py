@@ -164,7 +164,7 @@ def _extent(times: Array, begins: Array) -> tuple[Array, Array]:
 
 
 def _starts(packet: bytes) -> bool:
-    """Whether a LoggingControl says that a log has been started."""
+    """Whether a LoggingControl reports that a log has been started."""
     with contextlib.suppress(imc.DecodeError):
         control = imc.decode(packet)
         return isinstance(control, imc.LoggingControl) and control.op == imc.LoggingControl.Op.STARTED

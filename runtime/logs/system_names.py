@@ -1,4 +1,4 @@
-"""Names of the systems and labels of the entities in a log, learned from its messages."""
+"""Names of the systems and labels of the entities in a log, from its messages."""
 
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
@@ -22,7 +22,7 @@ class UnknownNameError(ValueError):
 
 
 class SystemNames:
-    """Names of systems and labels of entities, learned from Announce, EntityInfo and EntityList.
+    """Names of systems and labels of entities, from Announce, EntityInfo and EntityList.
 
     A system that never announces itself has its name from Shoal's address table.
     labels: (system, entity) -> latest label. earlier: the labels that the entity had before in the same log.
@@ -35,7 +35,7 @@ class SystemNames:
         self._table: dict[int, str] | None = None
 
     def learn(self, message: Any) -> None:
-        """Learn the names in a message; most messages have none."""
+        """Store the names in a message; most messages have none."""
         kind = type(message).__name__
         if kind == "EntityInfo" and message.label:
             entity = message.id or message.src_ent  # DUNE's daemon also names others; new senders leave id at 0

@@ -69,7 +69,7 @@ def load_profile(
 
 
 class Profile:
-    """The merged configuration of one vehicle. Each value knows where it was set; see `Config`."""
+    """The merged configuration of one vehicle. Each value has the place where it was set; see `Config`."""
 
     def __init__(self, path: Path, config: Config, config_dirs: Iterable[Path] = ()):
         self.path = path

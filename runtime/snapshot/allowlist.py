@@ -1,6 +1,6 @@
 """Permitted content of a snapshot: classes, attributes, methods, arrays, paths. Writer and reader keep the same rules.
 
-A snapshot is a file, and may come from others. What the reader would refuse, the writer refuses already.
+A snapshot is a file, and may come from others. What the reader would reject, the writer rejects already.
 """
 
 import functools

@@ -180,7 +180,7 @@ def run_with_snapshots(
 ) -> list[OSError]:
     """Run a vehicle, and pass its state to `keep` every `every` seconds of its time. Raises SnapshotError.
 
-    A disk that refuses a snapshot does not end the run; returns the errors of all that are missing.
+    A disk that rejects a snapshot does not end the run; returns the errors of all that are missing.
     """
     missing: list[OSError] = []
     begin = vehicle.kernel.now_ns

@@ -11,7 +11,7 @@ Phase = EntityActivationState.State
 
 
 class ActivationError(RuntimeError):
-    """A task cannot become active, or inactive; the text says why."""
+    """A task cannot become active, or inactive; the text gives the reason."""
 
 
 class Activation:

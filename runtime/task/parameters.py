@@ -17,7 +17,7 @@ _INTEGER = re.compile(r"([+-]?)(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)")
 
 
 class ParameterError(ValueError):
-    """The value of a parameter is invalid: `name` is the parameter's, `reason` says why."""
+    """The value of a parameter is invalid: `name` is the parameter's, `reason` is the cause."""
 
     def __init__(self, name: str, reason: str):
         super().__init__(f"{name}: {reason}")

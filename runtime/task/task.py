@@ -87,7 +87,7 @@ class Task(DeviceTask):
         return found
 
     def configure(self) -> None:
-        """Called with new parameter values, at load and after every change. Raise ParameterError to refuse them."""
+        """Called with new parameter values, at load and after every change. Raise ParameterError to reject them."""
 
     def configuration_warnings(self) -> Iterable[ConfigWarning]:
         """Oddities in the profile, for `shoal check`; called when all tasks of the vehicle are made."""
@@ -136,7 +136,7 @@ class Task(DeviceTask):
     def recent_stall(self) -> float:
         """Time (s) that the process stood still until less than a second ago, else 0.
 
-        Then a first sample may be older than it seems, and says nothing of what happened since the one before.
+        Then a first sample may be older than it seems, and contains nothing of what happened since the one before.
         """
         stalls = self._kernel.stalls
         return stalls.recent(self._kernel.now_ns) / SECOND if stalls.total else 0.0
@@ -321,7 +321,7 @@ class Task(DeviceTask):
 
 
 def _refuse(message: object) -> None:
-    """Raise the error that says why something cannot be published: no message, or a field that does not fit."""
+    """Raise the error with the reason why something cannot be published: no message, or a field that does not fit."""
     if not isinstance(message, imc.Message):
         raise TypeError(f"publish takes a message, such as imc.Depth(value=1.0), not {message!r}") from None
     imc.encode(message)

@@ -163,7 +163,7 @@ def _build_task(
 def _problems_of_external(
     made: Build, profile: Profile, systems: Mapping[str, int], entity_ids: Mapping[str, int]
 ) -> list[Problem]:
-    """The mistakes in sections that virtual time skips: a run in real time would refuse them.
+    """The mistakes in sections that virtual time skips: a run in real time would reject them.
 
     Their tasks are created for a vehicle of their own, with the ids and the seed of the other, which never starts.
     """
@@ -295,7 +295,7 @@ def _concerns(vehicle: Vehicle, request: imc.Message) -> bool:
 
 
 def _speaks_for(vehicle: Vehicle, number: int) -> bool:
-    """Whether this process of the vehicle answers for an entity; each process also has what others said of theirs."""
+    """Whether this process of the vehicle answers for an entity; each process also has the reports of others."""
     entity = vehicle.entities.by_id(number)
     return entity is None or vehicle.daemon.reports_state_of(entity)
 

@@ -17,7 +17,7 @@ logger = logging.getLogger("shoal.fleet")
 
 
 class FleetError(ValueError):
-    """A vehicle cannot join a fleet; the text says why."""
+    """A vehicle cannot join a fleet; the text gives the reason."""
 
 
 class InProcessTransport:

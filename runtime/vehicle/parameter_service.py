@@ -164,7 +164,7 @@ class ParameterService(Task):
         return ""
 
     def _apply(self, task: Task, before: dict[str, object]) -> bool:
-        """Apply new values; the old ones are restored if the task refuses them. Other exceptions are its own errors."""
+        """Apply new values; the old ones are restored if the task rejects them. Other exceptions are its own errors."""
         active = task.parameters()["Active"] if task.activation else None
         wish = active is not None and task.parameter_set.value(active)
         try:

@@ -1,4 +1,4 @@
-"""Compares a vehicle's time with the computer's, and says where they part."""
+"""Measures and reports the lag of a vehicle's time behind the computer's."""
 
 import math
 import time

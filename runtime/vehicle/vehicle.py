@@ -274,7 +274,7 @@ class Vehicle:
         self.kernel.after(delay, function, task).owner = task
 
     def _admit(self, message: imc.Message) -> bool:
-        """Refuse what another process publishes as an entity that runs here, and warn once."""
+        """Reject what another process publishes as an entity that runs here, and warn once."""
         entity = self.entities.by_id(message.src_ent)
         if entity is None or entity is self.daemon.entity or entity.process:
             return True
@@ -317,7 +317,7 @@ class Vehicle:
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`.
 
-        One for which a snapshot is blamed is only raised by `close`: whoever continues the snapshot reports it.
+        One that a snapshot has caused is only raised by `close`: whoever continues the snapshot reports it.
         """
         blamed = self.attribute_error(owner, error)
         if blamed is error or self.keep_going:

@@ -42,9 +42,9 @@ class FrameHeader(msgspec.Struct):
 
 
 class ZenohFrames:
-    """Sends the frames of one process to others that want them, and takes theirs; the oldest are dropped.
+    """Sends the frames of one process to others that subscribe, and takes theirs; the oldest are dropped.
 
-    `is_sibling` says of a session (zenoh id) whether it runs another part of the vehicle: frames of others are refused.
+    `is_sibling` returns whether a session (zenoh id) runs another part of the vehicle: frames of others are rejected.
     """
 
     def __init__(self, vehicle: str, is_sibling: Callable[[str], bool], tell: Callable[[str], None]) -> None:

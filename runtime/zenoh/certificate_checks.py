@@ -1,11 +1,11 @@
-"""Checks certificates and the rights of secret files, since zenoh says nothing of them."""
+"""Checks certificates and the rights of secret files, since zenoh does not report them."""
 
 import stat
 from pathlib import Path
 
 
 def certificate_problem(root: Path, certificate: Path, key: Path, *, of_client: bool = False) -> str:
-    """Why those who trust an authority refuse a certificate, "" if they accept it: found by a handshake with itself.
+    """Why those who trust an authority reject a certificate, "" if they accept it: found by a handshake with itself.
 
     It is that of a server, to which they connect, or of a client, as mTLS asks for; each needs its extendedKeyUsage.
     """

@@ -24,7 +24,7 @@ class CachedPacket(NamedTuple):
 class LastValueCache:
     """The last messages that a session (zenoh id) has published, by the keys at which it is asked for.
 
-    `packets` are the last ones by message, source and entity; `speaks_for` says of an entity whether its messages are
+    `packets` are the last ones by message, source and entity; `speaks_for` returns whether messages of an entity are
     this process's to publish.
     """
 

@@ -33,7 +33,7 @@ def scout_message() -> bytes:
 
 
 def hello_message(zid: str, role: str, locators: Iterable[str]) -> bytes:
-    """Says who a session is, `zid` as zenoh prints it, and where it listens. A locator has at most 127 characters."""
+    """Names a session, `zid` as zenoh prints it, and its locators. A locator has at most 127 characters."""
     number = bytes.fromhex(zid.zfill(len(zid) + len(zid) % 2))[::-1]
     texts = [locator.encode() for locator in locators]
     listed = b"".join(bytes((len(text),)) + text for text in texts)

@@ -1,6 +1,6 @@
-"""Judges by key and header who may say what where: a name stands for one system, and commands have a key of their own.
+"""Authorizes packets by key, source and destination: a name stands for one system, and commands have their own key.
 
-zenoh's access control knows keys only. What it lets pass at the key of another vehicle must not command this one, or
+zenoh's access control is by keys only. What it lets pass at the key of another vehicle must not command this one, or
 speak for a third system.
 """
 
@@ -28,7 +28,7 @@ class PacketAuthorizer:
 
     `vehicles` are the names of other vehicles that access control lets in; `ids` gives the ids of those that run, by
     their names in keys. `system_name` gives the name of an id, `system_id` the id of a name that the profile lists;
-    `is_sibling` says of a session (zenoh id) whether it runs another part of this vehicle. `consoles` rejects orders of
+    `is_sibling` returns whether a session (zenoh id) runs another part of this vehicle. `consoles` rejects orders of
     systems that are not listed.
     """
 

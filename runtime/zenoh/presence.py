@@ -52,7 +52,7 @@ class ProcessPart:
 
 @dataclass(frozen=True, slots=True)
 class SiblingProcess:
-    """Another process of the same vehicle, as its token says."""
+    """Another process of the same vehicle, by its token."""
 
     phase: str
     began: int  # ns since 1970
@@ -111,7 +111,7 @@ def parse_token(key: str) -> SiblingProcess | None:
 
 
 class Presence:
-    """Announces a part of a vehicle, and knows the other processes of this vehicle.
+    """Announces a part of a vehicle, and tracks the other processes of this vehicle.
 
     `siblings` are the sessions (zenoh ids) that run other parts. `tell` gets a warning if a process with the same part
     appears later, for example because two networks were joined. `note` gets the name of a process of the vehicle, and
@@ -205,7 +205,7 @@ class Presence:
         return not {str(link.dst) for link in session.info.links()}.issuperset(neighbors)
 
     def _wait(self, deadline: float) -> bool:
-        """Wait a moment, and say once what for; whether the deadline is still to come."""
+        """Wait a moment, and report the reason once; whether the deadline is still to come."""
         left = deadline - time.monotonic()
         if left < MEETING - SILENT and not self._has_told:
             self._has_told = True

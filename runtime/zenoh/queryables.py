@@ -85,12 +85,12 @@ class Queryables:
     """Answers queries for what a session has published, and for replies to requests.
 
     `last` has the last packets. `part` is the vehicle of the session, None for a relay. `take` gets the packets of
-    requests, as if they had arrived at @cmd; `concerns` says whether the tasks that answer a request run here, or
+    requests, as if they had arrived at @cmd; `concerns` returns whether the tasks that answer a request run here, or
     raises LookupError with the reason why nobody answers it. `consoles` rejects requests of systems that are not
     listed.
 
     A reply to a request that is answered at once comes while its handlers run, so it cannot be mistaken for another
-    one's; when they have run without one, the query is refused, with what they have logged.
+    one's; when they have run without one, the query is rejected, with what they have logged.
     """
 
     def __init__(
@@ -267,7 +267,7 @@ class Queryables:
         self._reliable_queue.put(f"reply to {query.key_expr}", send)
 
     def _decline(self, query: "zenoh.Query", why: str) -> None:
-        """Refuse what no process of the vehicle answers; one of them says so."""
+        """Reject requests that no process of the vehicle answers; one of them replies."""
         if self._part is None or self._part.process == "main":
             self._refuse(query, why)
 

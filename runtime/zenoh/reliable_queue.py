@@ -15,7 +15,7 @@ Send = Callable[[], object]
 class ReliableQueue:
     """A bounded queue of things to send, in order, and the thread that sends them.
 
-    What does not fit is counted in `unsent`, as what zenoh refuses.
+    What does not fit is counted in `unsent`, as what zenoh rejects.
     """
 
     def __init__(self, unsent: ErrorCounter) -> None:

@@ -52,7 +52,7 @@ class Security:
     vehicles: tuple[str, ...] | None = None
 
     def apply(self, put: Put, vehicle: str) -> None:
-        """Set what is wanted in a zenoh configuration. Raises ValueError naming the option that cannot work."""
+        """Set the options in a zenoh configuration. Raises ValueError naming the option that cannot work."""
         self._certify(put)
         self._log_in(put)
         lists = (self.commanders, self.listeners, self.vehicles)
@@ -175,7 +175,7 @@ def _first_line(option: str, path: Path) -> str:
 
 
 def checks_identity(get: Callable[[str], Any]) -> bool:
-    """Whether only those get in who prove their name, and these only as access control says."""
+    """Whether only those are admitted who prove their name, within access control."""
     proves = get("transport/link/tls/enable_mtls") is True or bool(get("transport/auth/usrpwd/dictionary_file"))
     return proves and get("access_control/enabled") is True
 

@@ -41,15 +41,15 @@ class ZenohTransport:
 
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
     `system_id(name)` gives the id of a system that the profile lists, None for others.
-    `part` is what of a vehicle runs here: another process that runs the same is refused, and packets in the name of the
-    vehicle are taken only from processes that run its other parts. `concerns` says whether the tasks that answer a
-    request run here, or raises LookupError with the reason why nobody does; `speaks_for` says whether the last messages
+    `part` is the part of a vehicle that runs here: another process of it is rejected, and packets in the name of the
+    vehicle are taken only from processes that run its other parts. `concerns` returns whether the tasks that answer a
+    request run here, or raises LookupError with the reason; `speaks_for` returns whether the last messages
     of an entity are this process's to publish. `consoles` may command. `note` gets the name of another process of the
     vehicle, and whether it has appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of
     the vehicle.
     Counted: in `subscribers`, `lost` packets of Shoal processes that did not arrive here (full queue, broken link),
     `oversize` payloads larger than any packet, and `rejected` packets that their senders may not send, see
-    PacketAuthorizer; `unsent`, packets that zenoh refused; in `consoles`, `rejected` orders of those not listed.
+    PacketAuthorizer; `unsent`, packets that zenoh rejected; in `consoles`, `rejected` orders of those not listed.
     """
 
     def __init__(
