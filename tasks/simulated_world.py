@@ -43,7 +43,7 @@ def world_of(task: Task) -> World:
 def adopt_world_options(task: Task, *options: str) -> None:
     """Give older options of a task that the profile does not set the values of its world. Raises ParameterError.
 
-    Values that the world cannot have are refused. When a value changes while the vehicle runs, the world is read again,
+    Invalid values of the world are rejected. When a value changes while the vehicle runs, the world is read again,
     so that all tasks see the change, and other tasks with the option report the new value, too.
     """
     profile, section, changed = task.vehicle.profile, task.name.partition("/")[0], dict[str, str]()

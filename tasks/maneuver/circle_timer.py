@@ -39,7 +39,7 @@ class CircleTimer:
         return maneuver.now >= self._end
 
     def report_missed_circle(self, leg: PathEnd, radius: float) -> None:
-        """Say aloud if the circle was never reached, or the depth or altitude of `leg`.
+        """Report if the circle was never reached, or the depth or altitude of `leg`.
 
         As in DUNE the time begins inside the circle, too; it may be over before the vehicle gets to a large one. Raises
         ManeuverError if most is missing: more than half of the radius or of the depth.

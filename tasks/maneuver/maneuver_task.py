@@ -157,7 +157,7 @@ class Maneuver(Task):
     ) -> None:
         """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s).
 
-        A leg that is `judged` must end at its depth, else `check_depth` says so.
+        A leg that is `judged` must end at its depth, else `check_depth` reports it.
         """
         self.start_path(leg, flags=flags)
         while not self.is_near_end:
@@ -167,7 +167,7 @@ class Maneuver(Task):
             self.check_depth(leg, self.path.z)
 
     def check_depth(self, leg: PathEnd, error: float) -> None:
-        """Say aloud if the vehicle is not at the depth or altitude of `leg` at its end; `error` is what is missing (m).
+        """Report if the vehicle is not at the depth or altitude of `leg` at its end; `error` is what is missing (m).
 
         The maneuver goes on as in DUNE: a leg may be too short to dive, or the water too shallow. The text is in the
         log book, in the report of the maneuver when it is done, and from there in the last reply to the console.
@@ -178,7 +178,7 @@ class Maneuver(Task):
         self.report_missed(f"{name} {leg.z - error:.1f} m instead of {leg.z:g} m")
 
     def report_missed(self, text: str) -> None:
-        """Say aloud that the maneuver goes on without something that it was to do."""
+        """Report that the maneuver continues without something that it was to do."""
         self.log.warning(text)
         self._missed.append(text)
 

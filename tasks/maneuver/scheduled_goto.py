@@ -15,7 +15,7 @@ REVISION = 2.0  # s between two updates of the speed
 
 
 class ScheduledGoto(Maneuver):
-    """Chooses its speed to arrive at a given time; if late, it continues, is done or fails, as `delayed` says.
+    """Chooses its speed to arrive at a given time; if late, it continues, is done or fails, by `delayed`.
 
     With more time than the slowest speed takes, it circles where it is before it leaves. It travels at one depth and
     goes to the other shortly before the end.

@@ -11,7 +11,7 @@ from tasks.maneuver.station_control import ApproachSpeed, keep_station
 
 
 class StationKeeping(Maneuver):
-    """Goes to a point, comes to the surface and drifts inside the circle, as IMC says; or circles under water.
+    """Goes to a point, comes to the surface and drifts inside the circle, as in IMC; or circles under water.
 
     A vehicle that can hover does so. `Minimum Radius=3` (m) and `Under Water=circle` in the field `custom` replace the
     parameters for a station.

@@ -14,7 +14,7 @@ class YoYo(Maneuver):
 
     Above the bottom it turns at the lowest altitude, and rises until there is enough water below for another dive,
     beyond its upper depth if necessary. At the surface of water that is too shallow it stays level. If it never gets to
-    its lower depth or altitude, it says so at the end.
+    its lower depth or altitude, it reports that at the end.
     """
 
     loops = Loops.PATH | Loops.PITCH

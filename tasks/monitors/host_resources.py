@@ -14,7 +14,7 @@ class HostResources(Task):
     """Publishes CpuUsage of the computer, and StorageUsage of the disk that the logs are on, as the Daemon's.
 
     Its entity is in FAULT while the disk is fuller than `Maximum Storage Usage`, or the processor as busy on average
-    as `Maximum CPU Usage` says.
+    by `Maximum CPU Usage`.
     """
 
     external = True  # the figures are not the same in each run

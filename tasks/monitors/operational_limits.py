@@ -104,7 +104,7 @@ class OperationalLimits(Task):
 
     @consume(others=True)
     def on_operational_limits(self, limits: imc.OperationalLimits) -> None:
-        """Take and publish new limits; refuse them if a value is not finite."""
+        """Take and publish new limits; reject them if a value is not finite."""
         if not self.is_for_me(limits):
             return
         numbers = [value for value in limits.to_dict().values() if isinstance(value, float)]

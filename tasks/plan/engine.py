@@ -107,7 +107,7 @@ class Engine(Task):
 
     @consume
     def note_maneuver_info(self, maneuver: imc.ManeuverControlState) -> None:
-        """A maneuver that is done says what it has missed."""
+        """A maneuver that is done reports what it has missed."""
         if self._execution is not None and maneuver.state == imc.ManeuverControlState.State.DONE:
             self._execution.add_note(maneuver.info)
 

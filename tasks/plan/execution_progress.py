@@ -48,7 +48,7 @@ class PlanExecution:
             self.actions.begin_maneuver(node)
 
     def add_note(self, text: str) -> None:
-        """The maneuver is done, but says that something is amiss."""
+        """The maneuver is done, but reports a fault."""
         if self.node is not None and text not in ORDINARY_INFO:
             self.notes.append(f"{self.node.name}: {text}")
 

@@ -42,7 +42,7 @@ class OutgoingRequests:
         return request.src == task.system and task.vehicle.entities.label(task.system, request.src_ent) == label
 
     async def wait_until_accepted(self, inbox: Inbox) -> None:
-        """Wait for the answer to the last command. Raises PlanError if it is refused or not answered."""
+        """Wait for the answer to the last command. Raises PlanError if it is rejected or not answered."""
         task, deadline = self._task, self._task.now + COMMAND_TIMEOUT
         while True:
             try:

@@ -27,7 +27,7 @@ class Replies:
         self._starts = TokenBuckets(STARTS, AT_ONCE, MOST_SYSTEMS)
 
     def admits(self, request: imc.PlanControl) -> bool:
-        """Whether to look at a request; one that would check more plans than a system may is refused here."""
+        """Whether to look at a request; one that would check more plans than a system may is rejected here."""
         if request.op not in (Op.START, Op.LOAD) or request.src in (self._task.system, UNKNOWN_SYSTEM):
             return True
         if self._starts[request.src].try_acquire(self._task.now):

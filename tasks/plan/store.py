@@ -216,7 +216,7 @@ def _decoded(raw: bytes) -> str:
 
 
 def _padded(file: bytes) -> bytes:
-    """A file of SQLite with as many pages as its header says, which SQLite wants before it reads any."""
+    """A file of SQLite with as many pages as in its header, which SQLite requires before it reads any."""
     page, count = int.from_bytes(file[16:18]), int.from_bytes(file[28:32])
     return file.ljust(min(page * count, 2 * MOST_BYTES), b"\0")
 

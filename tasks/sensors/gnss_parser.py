@@ -117,8 +117,8 @@ def describe_missing_fix(kinds: set[str], unchecked: set[str]) -> str:
 class FixAssembler:
     """Joins the sentences of one moment to one GpsFix.
 
-    `last` is the sentence that ends a moment, such as GPRMC or PUBX. Otherwise it is learned: the last one that the two
-    moments before had. A moment whose last sentence is missing ends when the next one begins. What a sentence says that
+    `last` is the sentence that ends a moment, such as GPRMC or PUBX. Otherwise it is found: the last one that the two
+    moments before had. A moment whose last sentence is missing ends when the next begins. Content of a sentence that
     comes seldom, and so after the end of its moment, is in the fix of the next one.
 
     A position without height, as of RMC, has the last one of the last 10 s, else NaN. A height above mean sea level
@@ -238,7 +238,7 @@ def gps_fix_fields(kind: str, sentence: Any) -> dict[str, Any]:
 
 
 def _position(found: dict[str, Any], kind: str, sentence: Any) -> None:
-    """Latitude, longitude and height, if the sentence says that they are valid."""
+    """Latitude, longitude and height, if the sentence marks them as valid."""
     valid = Type.STANDALONE
     if kind.endswith("GGA"):
         quality = _text(sentence, "quality")

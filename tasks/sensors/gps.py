@@ -26,11 +26,11 @@ NAV_PVT, NAV_DOP = b"\x01\x07", b"\x01\x04"
 
 
 class GPS(Task):
-    """Publishes GpsFix, with a validity bit for each thing that the receiver says.
+    """Publishes GpsFix, with a validity bit for each value that the receiver reports.
 
     The sentences of one moment (GGA or GNS, RMC, VTG, ZDA, GSA, GST, PUBX,00) become one fix. A receiver of u-blox may
     also send NAV-PVT, and NAV-DOP before it, instead of them. Damaged sentences are left out, and counted. Headings
-    (HDT, HDM, HDG, THS) become EulerAngles and turn rates (ROT) AngularVelocity, with NaN for what they do not say.
+    (HDT, HDM, HDG, THS) become EulerAngles and turn rates (ROT) AngularVelocity, with NaN for missing values.
     """
 
     external = True

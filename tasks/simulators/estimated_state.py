@@ -171,7 +171,7 @@ class EstimatedState(Task):
         return self.motion
 
     def _require_one_bottom(self) -> None:
-        """Refuse a bottom of this task's own beside that of the world."""
+        """Reject a bottom of this task's own beside that of the world."""
         sea, given = self._seabed, self.vehicle.profile.value(self.name, "Bottom Depth")
         if sea is not None and given and (sea.has_soundings or sea.depth(0.0, 0.0) != self.bottom_depth):
             raise ParameterError(

@@ -47,7 +47,7 @@ class MUGDetectionCamera(Task):
 
     The gliders are those of [World]. A detection goes from where vehicle and glider really are (SimulatedState) to the
     pixel, back through the pixel's center to the depth of the glider, with the attitude and altitude that the vehicle
-    believes, and gets an error that grows with the height. Without SimulatedState, the estimate counts as the truth.
+    estimates, and gets an error that grows with the height. Without SimulatedState, the estimate counts as the truth.
     Without `Mount Orientation` the camera looks to the side where the glider is: down, or up from below the surface.
     With a probability it misses gliders; it may be late, and detect what is not there, with numbers of its own.
 

@@ -237,7 +237,7 @@ class VSIM(PoweredDeviceTask):
                 self._tell_ground(water)
 
     def _tell_ground(self, water: float | None) -> None:
-        """Say when the vehicle touches the bottom in `water` (m), and when it is free again."""
+        """Report when the vehicle touches the bottom in `water` (m), and when it is free again."""
         if water is not None:
             if self._touched is None:
                 self.log.warning(f"grounded in {max(0.0, water):.1f} m of water")

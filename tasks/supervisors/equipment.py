@@ -14,7 +14,7 @@ COST = 20  # a warning in the log book counts as so many replies
 
 
 class Equipment(Task):
-    """Says what is not done: without it, a console that asks for what the vehicle lacks would wait for an answer.
+    """Rejects requests for missing equipment: otherwise a console would wait for an answer.
 
     For beacons and remote actions the answer is an empty list, for the power PWR_DOWN_ABORTED; the log book has the
     reason of each refusal. A request that another task of the profile takes is left to that task.

@@ -107,7 +107,7 @@ class Vehicle(Task):
 
     @consume
     def detect_maneuver_failure(self, entity: imc.EntityState) -> None:
-        """Fail the maneuver if its task fails: the restarted task does not continue it. Remember what entities say."""
+        """Fail the maneuver if its task fails: a restarted task does not continue it. Store states of entities."""
         if entity.state in BROKEN:
             self._complaints[entity.src_ent] = entity.description
         else:
@@ -144,7 +144,7 @@ class Vehicle(Task):
 
     @consume
     def record_ignore_errors_flag(self, answer: imc.PlanControl) -> None:
-        """Remember whether the started plan ignores errors; a refused request changes nothing."""
+        """Remember whether the started plan ignores errors; a rejected request changes nothing."""
         kind = imc.PlanControl
         if answer.type == kind.Type.SUCCESS and answer.op == kind.Op.START:
             self._ignore_errors = bool(answer.flags & kind.Flags.IGNORE_ERRORS)

@@ -46,7 +46,7 @@ ANYBODY = "anybody"
 class SystemSighting:
     """A system as it announced itself: its name, its run (`uid`), its `place` such as "at 10.0.0.7".
 
-    It was heard first and last at these times (s).
+    Its first and last packets arrived at these times (s).
     """
 
     name: str
@@ -261,7 +261,7 @@ class Discovery(Task):
                 self.report_conflict(f"the id 0x{system:04X}", both)
 
     def report_conflict(self, what: str, who: str) -> None:
-        """Say once, and in the state of the entity, that two systems use one id or name."""
+        """Report once, and in the state of the entity, that two systems use one id or name."""
         clash = f"{what} is also used by {who}"
         if clash not in self.clashes:
             if len(self.clashes) >= MOST_SENDERS:

@@ -22,7 +22,7 @@ class LogRemovedError(FileNotFoundError):
 
 
 class LogFolder:
-    """One log: Data.lsf and Output.txt, beside the files that say how to read it and which log of the run it is.
+    """One log: Data.lsf and Output.txt, beside the files for its readers and the number of the log in the run.
 
     It can be written to at once; `make` makes the folder, and until that succeeds everything waits in memory. The
     folder is `root`/`name`, with _2, _3 ... appended if it exists already. `number` counts the logs of the run.

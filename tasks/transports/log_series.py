@@ -7,9 +7,9 @@ from tasks.transports.log_folder import LogFolder, LogRemovedError
 
 
 class LogSeries:
-    """The log that is being written (`current`), and those that have ended while the disk refused them.
+    """The log that is being written (`current`), and those that have ended while the disk rejected them.
 
-    They reach the disk in order, so that each knows the first log of the run. `synchronize` is called with
+    They reach the disk in order, so that each contains the first log of the run. `synchronize` is called with
     each log that was handed to the operating system.
     """
 

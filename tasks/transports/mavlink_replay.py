@@ -86,7 +86,7 @@ class MAVLinkReplay(GroundLinksTask):
             super().stop()
 
     def _land(self, path: Path, passed: SkippedPackets) -> None:
-        """Show what the log says of the time before a jump; a log that is new has another vehicle."""
+        """Show the content of the log before a jump; a log that is new has another vehicle."""
         self._turn += 1
         turn = self._turn
         self._early = []
@@ -159,7 +159,7 @@ class MAVLinkReplay(GroundLinksTask):
 
     @consume(others=True)
     def show_state(self, message: ShownMessages | Told) -> None:
-        """Take what the log says."""
+        """Take a message of the log."""
         if self._identity is None:
             if len(self._early) < MOST_EARLY and self._path is not None:
                 self._early.append((message, self._player.elapsed))

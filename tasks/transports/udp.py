@@ -252,7 +252,7 @@ class UDP(DatagramLinkTask):
                 self.log.warning(f"packets cannot be sent to {endpoint}: {why}")
 
     def remove_unreachable_peers(self) -> None:
-        """End the contact with those whose programs have ended: their computers refuse what is sent there."""
+        """End the contact with those whose programs have ended: their computers reject packets."""
         assert self.socket is not None
         for place in set(map(Endpoint._make, refused_destinations(self.socket))):
             for peer in self.peers.on_port_unreachable(place, network_time(self)):

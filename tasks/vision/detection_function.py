@@ -38,7 +38,7 @@ def load_detection_function(text: str) -> DetectionFunction:
 
 
 def _refuse_library(text: str, module: str) -> None:
-    """Refuse Python's own modules, as sections do: a profile may be that of a stranger's log, and they do anything."""
+    """Reject Python's own modules, as sections do: a profile may be that of a stranger's log, and they do anything."""
     if module.partition(".")[0] in sys.stdlib_module_names:
         raise ParameterError("Function", f"{text!r} is of Python's own library, and finds no gliders")
 

@@ -17,8 +17,8 @@ class FisheyeCamera(RenderedCameraTask):
 
     The top of the image points to the bow. Bottom, gliders, water and sun are those of [World]. The camera is where
     the vehicle really is at the exposure: SimulatedState. Without it, it is where EstimatedState is, and the entity
-    says so; the altitude is then the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
-    frame that is due while the previous one is still computed is dropped and counted. Each frame is told by
+    reports it; the altitude is then the height above seabed or sea; without it, the sea is at z = 0. On a wall clock, a
+    frame that is due while the previous one is still computed is dropped and counted. Each frame is reported by
     CameraFrame, each picture that is written by an Event "Picture"; Events "Take Pictures" and "Stop Pictures" ask for
     some.
     """

@@ -60,7 +60,7 @@ class MUGDetector(Task):
 
     It receives the frames of cameras, finds gliders in them, and follows each one on the map: what is published is the
     track, from where the vehicle is by then. Pixels become places with the attitude, position and height that the
-    vehicle believes to have had at the exposure. Numbers count from 1, and a glider keeps its own while its place
+    vehicle estimated at the exposure. Numbers count from 1, and a glider keeps its own while its place
     is known. A glider counts when three of five frames of a camera have shown it. On a wall clock, a frame that
     comes while the one before is still looked at is dropped and counted.
     """

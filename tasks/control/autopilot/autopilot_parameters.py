@@ -72,7 +72,7 @@ class AutopilotTask(Task):
 
     @property
     def latest_heartbeat(self) -> float:
-        """After which HEARTBEAT is late, s: nothing is sent to an autopilot that may not hear, nor repeated in vain."""
+        """Age of HEARTBEAT (s) from which nothing is sent to an autopilot, nor repeated, that may not receive it."""
         return min(self.position_timeout, LATE)
 
     def configure(self) -> None:

@@ -54,7 +54,7 @@ class MAVLink(AutopilotTask):
     While the loop PATH is enabled, each path becomes targets for ArduPilot's GUIDED mode or PX4's OFFBOARD, or a
     DO_REPOSITION for PX4 and planes, or an item of a mission in the autopilot's memory; it also takes off and lands. A
     mode that a pilot or a failsafe of the autopilot chooses is not fought: the plan ends. When no maneuver leads it, it
-    holds; after an Abort, or for an aircraft after `Idle Timeout`, it does what `Ending` says.
+    holds; after an Abort, or for an aircraft after `Idle Timeout`, it does the `Ending`.
     """
 
     def configure(self) -> None:
@@ -243,7 +243,7 @@ class MAVLink(AutopilotTask):
 
     @consume(others=True)
     def aid_with_usbl_fix(self, fix: imc.UsblFixExtended) -> None:
-        """Give it what a ship's USBL says of this vehicle."""
+        """Send it the position of this vehicle by a ship's USBL."""
         if self.aiding_entity == USBL and fix.target == self.system_name:
             self._aid(usbl_fix(fix, self.geoid_undulation))
 

@@ -64,7 +64,7 @@ class Brakes(Task):
 
     @consume
     def keep_echo(self, distance: imc.Distance) -> None:
-        """Keep an echo until the next state tells where the sonar pointed."""
+        """Keep an echo until the next state gives the direction of the sonar."""
         if not self._loops.mask:
             return
         if self.vehicle.entities.label(self.system, distance.src_ent) != self.echo_sounder:

@@ -72,7 +72,7 @@ class LostComms(Task):
 
     @consume
     def on_plan_database(self, answer: imc.PlanDB) -> None:
-        """Learn whether the plan is stored."""
+        """Note whether the plan is stored."""
         succeeded, ours = answer.type == imc.PlanDB.Type.SUCCESS, answer.plan_id == self.plan_name
         if succeeded and (answer.op == Op.CLEAR or (answer.op == Op.DEL and ours)):
             self._known, self._armed = True, False
@@ -85,7 +85,7 @@ class LostComms(Task):
         self._say()
 
     def _read_state(self, state: imc.PlanDBState) -> None:
-        """Learn from the list of all plans, which is empty if there are too many for one message."""
+        """Read the list of all plans, which is empty if there are too many for one message."""
         names = [plan.plan_id for plan in state.plans_info if isinstance(plan, imc.PlanDBInformation)]
         if len(names) >= state.plan_count:
             self._known, self._armed = True, self.plan_name in names and not self._aborted
@@ -94,7 +94,7 @@ class LostComms(Task):
 
     @consume
     def report_start_result(self, answer: imc.PlanControl) -> None:
-        """Log a START that is refused; the time begins again."""
+        """Log a START that is rejected; the time begins again."""
         refused = answer.type == Control.Type.FAILURE and answer.op == Control.Op.START
         if refused and self._started and self.is_reply_to_me(answer):
             self.log.error(f"{self.plan_name} has not been carried out: {answer.info}")

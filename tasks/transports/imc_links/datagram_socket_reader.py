@@ -16,7 +16,7 @@ SO_MEMINFO, MEMINFO = 55, struct.Struct("9I")  # of Linux; the last number count
 class DatagramReader:
     """Calls `take` with the datagrams that arrive at the sockets, until it is closed.
 
-    If a socket has none to read, `failed` is called: a packet from there was refused.
+    If a socket has none to read, `failed` is called: a packet from there was rejected.
     """
 
     def __init__(

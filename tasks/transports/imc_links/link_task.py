@@ -37,7 +37,7 @@ def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
 
 
 class ImcLinkTask(Task):
-    """Sends listed messages of the bus to peers. Subclasses say how in `transmit`, and when with `set_subscriptions`.
+    """Sends listed messages of the bus to peers. Subclasses define how by `transmit`, when with `set_subscriptions`.
 
     While nobody listens it only keeps the last states. What a subclass puts on the bus with `relay` does not come back
     to it.
@@ -159,4 +159,4 @@ class ImcLinkTask(Task):
         return self.messages.types
 
     def transmit(self, message: imc.Message, packet: bytes) -> None:
-        """Send a message of the list, if its filters pass, to those who want it; a subclass says how."""
+        """Send a message of the list, if its filters pass, to its receivers; a subclass defines how."""

@@ -50,7 +50,7 @@ class MessageList:
 
     `names` are those of messages; a message of `rates` passes so often per second and entity, or at any time if it is
     an answer, addressed to who asked; one of `entities` only if an entity with one of these labels sent it; it also has
-    to pass the filters of `custom`. What they refuse does not count for its rate, except where they compare with what
+    to pass the filters of `custom`. Rejected messages do not count for its rate, except where they compare with what
     was sent before. If a message is listed twice, the last item counts. `label(system, entity)` is the label of an
     entity. `unknown` are the names that `schema` does not have.
     Raises ValueError for an item that is not in the syntax.

@@ -32,7 +32,7 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
 
 
 def announce_listening_service(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
-    """Report where a task listens: a port other than the wanted one, and the risk if others reach it. Announce it."""
+    """Report where a task listens: a port other than the configured one, and the risk if it is open. Announce it."""
     local = is_loopback_address(service.address)
     if not local:
         task.log.warning(f"listens at {service.address}:{service.port} without passwords: {risk}")

@@ -16,7 +16,7 @@ class RadioRange:
     """The systems within range, by the position of the vehicle and those that they announce; without one, none is.
 
     Messages with an id of `always` reach everybody, and so do all to places without a system. So does an Announce: it
-    says where its system is now.
+    gives the present position of its system.
     """
 
     def __init__(self, distance: float = math.inf, under_water: bool = True, always: Collection[int] = ()):

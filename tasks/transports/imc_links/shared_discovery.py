@@ -87,7 +87,7 @@ class DiscoveryLeader:
 class DiscoveryFollower:
     """Calls `take` with packets and their addresses, until nobody leads any more: then `ended`, once.
 
-    `welcome` is whether the leader has said anything, `silence` how often `count_silence` was called since it did.
+    `welcome` is whether the leader has sent anything, `silence` how often `count_silence` was called since it did.
     Raises OSError if nobody leads, or a program of another user.
     """
 

@@ -139,7 +139,7 @@ class StreamLinkTask(ImcLinkTask):
             self.flush_soon()
 
     def close_stream(self, stream: PacketStream, why: str, *, warn: bool = True) -> None:
-        """End a connection, and say why."""
+        """End a connection, and report the reason."""
         if stream not in self.streams:
             return
         self.streams.remove(stream)

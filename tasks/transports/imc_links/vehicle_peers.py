@@ -8,7 +8,7 @@ from imc.reserved_ids import OPERATORS
 
 
 class VehiclePeers:
-    """Says which systems get nothing: other vehicles, unless `called` has their ids.
+    """Finds the systems that get nothing: other vehicles, unless `called` has their ids.
 
     A DUNE stops its plan when it receives the VehicleState of another vehicle, and rotates its log for LoggingControl.
     An id of a console stays one, whatever a stranger announces for it. A console, or a gateway, withholds nothing.
@@ -36,7 +36,7 @@ class VehiclePeers:
         return changed
 
     def is_no_vehicle(self, system: int) -> bool:
-        """Whether it is certain that a system may get messages: its Announce, its id or `called` says so."""
+        """Whether it is certain, by its Announce, its id or `called`, that a system may get messages."""
         is_known = not self._is_vehicle or system in OPERATORS or system in self._announced or system in self.called
         return is_known and not self.withholds(system)
 

@@ -198,7 +198,7 @@ class GroundLinksTask(Task):
         self.publish(imc.SetEntityParameters(name=entity, params=(wish,), dst=self.system))
 
     def profile_limit(self, option: str) -> float:
-        """A limit in the section General of the profile; infinite if there is none, or the plan engine refuses it."""
+        """A limit in the section General of the profile; infinite if there is none, or the plan engine rejects it."""
         try:
             return float(self.vehicle.profile.value("General", option))
         except ValueError:

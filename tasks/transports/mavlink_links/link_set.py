@@ -1,4 +1,4 @@
-"""All links of a vehicle: made as the profile says, looked after, and summed up."""
+"""All links of a vehicle: made from the profile, supervised, and summed up."""
 
 from collections import Counter
 from collections.abc import Iterable

@@ -106,7 +106,7 @@ def _number(text: str) -> float:
 
 
 class LoggedPlans(PlanClient):
-    """Refuses all requests, and finds plans among those of the log until now."""
+    """Rejects all requests, and finds plans among those of the log until now."""
 
     def __init__(self, port: VehiclePort) -> None:
         super().__init__(port)
@@ -239,7 +239,7 @@ class LoggedVehicle(VehicleModel):
 
 
 class LoggedEndpoint(VehicleEndpoint):
-    """The logged vehicle as stations see it: it refuses all orders, and its plans are those of the log."""
+    """The logged vehicle as stations see it: it rejects all orders, and its plans are those of the log."""
 
     model: LoggedVehicle
     plans: LoggedPlans

@@ -78,7 +78,7 @@ class TelemetryLogs:
         self._folder = self._newest = folder
 
     def flush(self) -> None:
-        """Write what waits; what the disk refuses waits on. After a flight, move to the folder of the present log."""
+        """Write what waits; rejected content is kept. After a flight, move to the folder of the present log."""
         self._write()
         self._follow_log()
 
@@ -151,7 +151,7 @@ class _File:
             del self._waiting[:done]
 
     def close(self) -> None:
-        """Close it; what the disk has refused until now is forgotten."""
+        """Close it; content that the disk has rejected until now is dropped."""
         if self._descriptor >= 0:
             os.close(self._descriptor)
         self._descriptor = -1

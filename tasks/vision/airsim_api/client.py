@@ -88,7 +88,7 @@ class AirSimClient(RpcClient):
     def capture(self, place: tuple[Any, Any] | None) -> AirSimCapture:
         """Move the vehicle to `place` (north, east, down; roll, pitch, yaw), if it is given, and take the pictures.
 
-        Without a place, the motion of the vehicle at that instant is in the result, as far as `MountEstimator` knows
+        Without a place, the motion of the vehicle at that instant is in the result, as far as `MountEstimator` has
         it. Raises OSError, AirSimError.
         """
         try:
@@ -114,7 +114,7 @@ class AirSimClient(RpcClient):
 
     @property
     def _outside(self) -> tuple[bool, ...]:
-        """AirSim's last parameter says whether a camera belongs to no vehicle."""
+        """AirSim's last parameter is whether a camera belongs to no vehicle."""
         return () if self._cosys else (False,)
 
     def _begin(self) -> None:

@@ -36,7 +36,7 @@ OPTICAL = optical_to_body_transform(world.Pose())[:3, :3]
 
 
 class AirSimError(Exception):
-    """AirSim refuses, or answers what cannot be used."""
+    """AirSim rejects a request, or sends an unusable answer."""
 
 
 class AirSimVector(Struct):

@@ -71,7 +71,7 @@ class ImageSaverTask(Task):
         return None
 
     def configure(self) -> None:
-        """Refuse a label whose pictures would have the names of another camera's. Raises ParameterError."""
+        """Reject a label whose pictures would have the names of another camera's. Raises ParameterError."""
         own = photo_name(self.entity.label, 0, 0.0)
         for other in self.vehicle.tasks:
             if (

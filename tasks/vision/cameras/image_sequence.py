@@ -51,7 +51,7 @@ class ImageSequence:
     def read(self, number: int, earliest: float = -math.inf) -> TimedImage | str | None:
         """Picture `number` (from 0), or the first one after it that is not before `earliest` (s since 1970).
 
-        None at the end. A text says why the source cannot be read.
+        None at the end. A text is the reason why the source cannot be read.
         """
         try:
             if self._pictures is None and self._video is None:

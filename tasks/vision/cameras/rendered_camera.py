@@ -241,7 +241,7 @@ class RenderedCameraTask(ImageSaverTask):
         described: PictureLocation | None,
         image: NDArray[np.uint8],
     ) -> None:
-        """Share a frame, and say what it is; a picture is written after that, to the log that says so.
+        """Share a frame, and publish its description; the picture is written after that, to the same log.
 
         `camera` is as it was at the exposure.
         """

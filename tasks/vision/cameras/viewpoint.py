@@ -87,7 +87,7 @@ class ViewpointTracker:
         return VehicleView(pose, self._gliders(world, time, bottom), boards=self._boards(world, time, bottom))
 
     def _sounded(self, world: World) -> bool:
-        """Whether soundings say where the seabed below is, whatever the estimate is."""
+        """Whether soundings give the depth of the seabed below, wrong estimate or not."""
         return not self.sea and world.seabed is not None and world.seabed.has_soundings
 
     def _believed(self, world: World, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
