@@ -144,7 +144,7 @@ def _plan(maneuvers: list[imc.Message]) -> imc.PlanSpecification:
 
 
 class Judge:
-    """Watches the true vehicle, and what the vehicle says of itself."""
+    """Watches the true vehicle, and the reports of the vehicle."""
 
     def __init__(self, flight: Flight, vehicle: "object", sea: Bathymetry | None):
         self._flight, self._sea = flight, sea
@@ -316,7 +316,7 @@ def describe(flight: Flight) -> str:
 
 
 def fly_all(fly: Callable[[int], Flight], text: str, missions: int) -> int:
-    """Fly missions as the command line says, print those that failed and how many; 1 if there is one."""
+    """Fly the missions of the command line, print those that failed and how many; 1 if there is one."""
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--missions", type=int, default=missions)
     parser.add_argument("--seed", type=int, default=1, help="of the first mission")

@@ -1,7 +1,7 @@
 """Measures campaigns: what a run costs beyond its simulation, two workers against one, memory, and a report.
 
 `python bench/studies.py` prints all; `python bench/studies.py report` only the report of 10,000 runs. Times are wall
-time if nothing else is said; run it on a quiet computer.
+time by default; run it on a quiet computer.
 """
 
 import math
