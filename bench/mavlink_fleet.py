@@ -114,7 +114,7 @@ def main() -> None:
             deadline = time.monotonic() + STARTING
             while len(station.places) < options.vehicles:
                 if time.monotonic() > deadline:
-                    raise TimeoutError(f"of {options.vehicles} vehicles only {len(station.places)} are heard")
+                    raise TimeoutError(f"of {options.vehicles} vehicles only {len(station.places)} send")
                 station.listen(0.5)
             station.listen(SETTLING)
             before, began = used(family(run.pid)), time.monotonic()

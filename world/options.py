@@ -111,7 +111,7 @@ BATHYMETRY_OPTIONS: Mapping[str, WorldOption] = MappingProxyType(
         "Chart Radius": WorldOption("m", "How far around the origin a chart is read.", "2000", 1.0, 100e3),
         "Chart Coordinates": WorldOption("", "Those of a chart that does not name its own, such as EPSG:32629."),
         "Chart Positive": WorldOption(
-            "", "up for a chart of elevations, down for depths; by default as its file says."
+            "", "up for a chart of elevations, down for depths; by default that of its file."
         ),
     }
 )

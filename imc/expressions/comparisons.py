@@ -118,9 +118,9 @@ def _bound(
 def _contains(left: Operand, right: Operand) -> Relation:
     """A text in a text, ignoring case, or a bit in a bit field."""
     if not (left.is_text or left.has_any_type) and right.is_text:
-        raise right.error(f"{left.text} is a number: ~ wants a bit there, and not a text")
+        raise right.error(f"{left.text} is a number: ~ needs a bit there, not a text")
     if left.is_text and not (right.is_text or right.has_any_type):
-        raise right.error(f"{left.text} ~ wants a text in quotes")
+        raise right.error(f"{left.text} ~ needs a text in quotes")
     return _contains_value
 
 

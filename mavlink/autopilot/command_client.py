@@ -9,7 +9,7 @@ from mavlink import Fields
 
 ACCEPTED, IN_PROGRESS = 0, 5
 RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not carried out", "in progress", "cancelled",
-           "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "refused for its frame")  # fmt: skip
+           "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "rejected for its frame")  # fmt: skip
 PATIENCE, LONG_PATIENCE, TRIES = 1.0, 10.0, 6  # s, s while it is in progress
 LONGEST_QUEUE = 64
 SILENT, DROPPED, WITHDRAWN = -1, -2, -3  # of commands that were never acknowledged, never sent, or cancelled

@@ -61,7 +61,7 @@ class SensorHealth:
             self._told = False
             for label in HEALTH:
                 if label != NAVIGATION:
-                    self._show(label, State.ERROR, "the autopilot does not tell its health")
+                    self._show(label, State.ERROR, "the autopilot does not report its health")
 
 
 def sensor_state(label: str, values: Mapping[str, int]) -> tuple[State, str]:

@@ -166,7 +166,7 @@ class MissionClient:
             self._unsure = True
             self._read_back(now)
         elif name == "MISSION_ACK":
-            self.fail(f"the mission was refused: {_result_text(values['type'])}")
+            self.fail(f"the mission was rejected: {_result_text(values['type'])}")
 
     @property
     def _may_be_written(self) -> bool:

@@ -30,7 +30,7 @@ class ParameterService(Task):
 
     def configure(self) -> None:
         self.reply_quota = ReplyQuota()
-        self.refusals = LogLimit("more requests about parameters are refused")
+        self.refusals = LogLimit("more requests about parameters are rejected")
 
     @consume(others=True)
     def set_parameters(self, request: imc.SetEntityParameters) -> None:

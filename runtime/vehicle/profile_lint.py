@@ -88,7 +88,7 @@ class _Checker:
         label = section.options.get("Entity Label")
         if label and label.history and not label.value:
             text = f"[{section.name}] Entity Label is empty, so it is {quoted(default_label(section.name))}"
-            self._say("warning", label.origin, text, "DUNE refuses the task")
+            self._say("warning", label.origin, text, "DUNE rejects the task")
         parameters = cls.parameters()
         unknown: list[Option] = []
         for option in section.options.values():

@@ -114,7 +114,7 @@ class RealtimeLag:
             self._stalled_until = math.inf
             daemon.set_entity_state(State.NORMAL, "active")
         if NAMED_STALL < stall <= LONGEST_STALL:
-            self._warn("stall", f"{text}: the computer was busy or halted; no task is blamed for what it missed")
+            self._warn("stall", f"{text}: the computer was busy or halted; no task is at fault for missed messages")
 
     def _look_at_system_time(self) -> None:
         offset = self._system_time()

@@ -36,7 +36,7 @@ def reload_study(
     """
     path = file or Path(str(data.metadata["file"]))
     if not path.is_file():
-        raise ResultsError(f"{data.folder} is of the study {path}, which is not there; --study FILE says where it is")
+        raise ResultsError(f"{data.folder} is of the study {path}, which is not there; --study FILE gives its place")
     study = load_study(
         path, make_draft=make_draft, fixed=data.metadata["fixed"], runs=data.metadata["runs"] or None, has_begun=True
     )

@@ -143,7 +143,7 @@ def test_it_swims_and_leaves_a_log(tmp_path):
 '''
 
 SCENARIO = """# {name}: a dive in a current, in which the DVL falls silent. Run it: shoal test {name}.scenario.yaml
-# All that can be said in a scenario: docs/scenarios.md; the fields of messages: shoal message EstimatedState
+# All keys of a scenario: docs/scenarios.md; the fields of messages: shoal message EstimatedState
 
 description: The vehicle dives and comes back; on the way it has no DVL, and so does not measure the current.
 seed: 1

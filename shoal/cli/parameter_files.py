@@ -140,7 +140,7 @@ async def _check(there: AsyncRemoteVehicle, sections: list[FileSection]) -> list
 
 
 def _refused(one: VehicleResult[list[PlannedChange] | str]) -> VehicleResult[list[ParameterOutcome]]:
-    reason = one.error or (one.value if isinstance(one.value, str) else "another vehicle has refused the file")
+    reason = one.error or (one.value if isinstance(one.value, str) else "another vehicle has rejected the file")
     return VehicleResult(one.name, error=f"{one.name}: nothing was sent: {reason}")
 
 

@@ -49,7 +49,7 @@ def rewind(
         if wanted > end:
             text = f"{log} ends at {end:.6g} s of its run"
             if duration is None:
-                raise click.ClickException(f"{text}, before {at}; say with --for how long to run past this end")
+                raise click.ClickException(f"{text}, before {at}; give with --for how long to run past this end")
             click.echo(f"{text}; the vehicle runs past this end to {at}", err=True)
         state = rewound.state_at(wanted)
         seconds = parse_duration(duration) if duration is not None else _rest(opened, state.time)

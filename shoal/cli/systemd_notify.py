@@ -77,7 +77,7 @@ class SystemdNotifier:
         if known[what] > time.time() + TOLERATED:
             now, then = (time.strftime("%Y-%m-%d %H:%M", time.gmtime(t)) for t in (time.time(), known[what]))
             self._vehicle.daemon.log.warning(
-                f"the computer's clock is not set: it says {now}, but {what}: {then}; "
+                f"the computer's clock is not set: it shows {now}, but {what}: {then}; "
                 "all times of this run are wrong until the clock is set and the run started again"
             )
 

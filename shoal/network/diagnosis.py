@@ -216,7 +216,7 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Fi
         ours = f"0x{network.console.id:04X}"
         for part in words.split(";"):
             if ours in part and not any(good in part for good in WELL):
-                tell(f"{entity} there says of us: {part.strip()}", "see what it says, and docs/hand.md")
+                tell(f"{entity} there reports on us: {part.strip()}", "see its report, and docs/hand.md")
     return found
 
 

@@ -108,7 +108,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
         raise ResimulationError(f"{log.path}: the log has no messages")
     for kind in STATE_MESSAGES[1:]:
         if not about.counts[kind.ID]:
-            why = "cameras look from where a simulated vehicle truly was, and begin when it knows where it is"
+            why = "cameras look from where a simulated vehicle truly was, and begin with its first position"
             raise ResimulationError(f"{log.path}: the log has no {kind.__name__}: {why}")
     loaded, notes = logged_profile(run.logs[0], about, None)
     loaded.raise_errors()
@@ -155,7 +155,7 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
                     if frames is not None and recorder.task.frame_rate in rates.get(label, ()):
                         recorder.expose_at(frames)
                     else:
-                        notes.append(f"cut, or made on a wall clock: the log does not say when {label} was exposed")
+                        notes.append(f"cut, or made on a wall clock: the log does not contain when {label} was exposed")
             vehicle.start()
             # A run ends before the events of its last instant, but a log that another one follows after some of them.
             end = instants.resolve(about.end)

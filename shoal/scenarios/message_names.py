@@ -152,7 +152,7 @@ class ScenarioNames(NameScope):
             names = ", ".join(link.name for link in joined)
             raise node.error(f"{node.text!r}: the link {names} does not carry {node.name}")
         if node.name not in vehicles[receiver]:
-            raise node.error(f"{receiver} knows no message {node.name!r}")
+            raise node.error(f"{receiver} has no message {node.name!r}")
         return vehicles[receiver][node.name]
 
     def _arrivals(self, node: Call, compiler: ExpressionCompiler, seconds: float = 0.0) -> int:

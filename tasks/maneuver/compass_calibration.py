@@ -43,7 +43,7 @@ class CompassCalibration(Maneuver):
         "AHRS", "", "Entity whose EulerAngles and MagneticField count.", name="Entity Label - Compass"
     )
     cross_track_tolerance: float = param(
-        1.0, "m", "Not used, kept for DUNE's profiles: path control says when the circle is reached.", minimum=0
+        1.0, "m", "Not used, kept for DUNE's profiles: path control reports when the circle is reached.", minimum=0
     )
     number_of_turns: float = param(1.0, "1", "Turns that end the maneuver.", name="Number Of Turns", minimum=0)
     calibrate_compass: bool = param(True, "", "Publish the result; otherwise it only circles.", scope="maneuver")

@@ -48,7 +48,7 @@ class DB(Task):
         self._reply_to_boot(Type.IN_PROGRESS, "initializing")
         trouble = ""
         self._copies, self._copies_of_starts = DuplicateRequests(self.system), DuplicateRequests(self.system)
-        self._refusals = LogLimit("more requests are refused")
+        self._refusals = LogLimit("more requests are rejected")
         self._pace = TokenBucket(CHANGES, AT_ONCE)
         self._waiting: deque[imc.PlanDB | imc.PlanControl] = deque()
         self._unchecked: dict[tuple[int, ...], imc.PlanControl] = {}  # until the plan engine answers

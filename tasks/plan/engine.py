@@ -33,12 +33,14 @@ class Engine(Task):
     perform_calibration: bool = param(True, "", "Calibrate if a request asks for it.")
     minimum_calibration_time: float = param(3.0, "s", "Shortest calibration.", minimum=0, maximum=65535)
     abort_on_failed_activation: bool = param(
-        True, "", "End the plan when an entity cannot be activated; refuse one that sets what the vehicle lacks."
+        True,
+        "",
+        "End the plan when an entity cannot be activated; reject one with parameters that the vehicle lacks.",
     )
     compute_progress: bool = param(True, "", "Report the progress of the plan.")
-    fuel_prediction: bool = param(True, "", "Refuse plans that need more energy than is left.")
+    fuel_prediction: bool = param(True, "", "Reject plans that need more energy than is left.")
     fuel_reserve: float = param(
-        10.0, "%", "Battery level below which plans are refused, and the running one ends; 0 for none.", minimum=0
+        10.0, "%", "Battery level below which plans are rejected, and the running one ends; 0 for none.", minimum=0
     )
     hotel_load: float = param(45.0, "W", "Power that the vehicle draws without moving.", minimum=0)
     maximum_leg_length: float = param(25000.0, "m", "Longest leg that path control follows.", minimum=1)

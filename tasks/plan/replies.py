@@ -23,7 +23,7 @@ class Replies:
     def __init__(self, task: Task):
         self._task = task
         self._copies = DuplicateRequests(task.system)
-        self._refusals = LogLimit("more requests are refused")
+        self._refusals = LogLimit("more requests are rejected")
         self._starts = TokenBuckets(STARTS, AT_ONCE, MOST_SYSTEMS)
 
     def admits(self, request: imc.PlanControl) -> bool:

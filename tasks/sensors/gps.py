@@ -44,7 +44,10 @@ class GPS(Task):
     )
     input_timeout: float = param(4.0, "s", "Time without a fix, valid or not, after which it is an error.", minimum=0.0)
     sentence_order: list[str] = param(
-        [], "", "NMEA sentences of a fix, such as GPGGA, GPRMC; the last one ends it. Empty: learned.", editable=False
+        [],
+        "",
+        "NMEA sentences of a fix, such as GPGGA, GPRMC; the last one ends it. Empty: automatic.",
+        editable=False,
     )
 
     def start(self) -> None:

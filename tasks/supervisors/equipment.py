@@ -21,7 +21,7 @@ class Equipment(Task):
     """
 
     def start(self) -> None:
-        self._refusals = LogLimit("more requests are refused")
+        self._refusals = LogLimit("more requests are rejected")
         others = [task for task in self.vehicle.tasks if task is not self]
         self._taken = {consumer.type.__name__ for task in others for consumer in consumer_methods(type(task))}
 

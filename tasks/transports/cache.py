@@ -80,7 +80,7 @@ class Cache(Task):
             else:
                 what = f"{'nothing' if request.message is None else type(request.message).__name__} cannot be kept"
             kept = ", ".join(self.messages)
-            text = f"CacheControl from {name} refused: {what}; only {kept} can be kept, on this vehicle"
+            text = f"CacheControl from {name} rejected: {what}; only {kept} can be kept, on this vehicle"
             self._lines.write(self.log.warning, text, self.now)
 
     @property

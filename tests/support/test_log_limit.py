@@ -7,13 +7,13 @@ from support.log_limit import AT_ONCE, RATE, LogLimit, ReportLimit
 
 def test_the_first_of_many_lines_are_logged_and_that_there_are_more() -> None:
     lines: list[str] = []
-    limit = LogLimit("more requests are refused")
+    limit = LogLimit("more requests are rejected")
     for number in range(3 * AT_ONCE):
         limit.write(lines.append, f"request {number}", 5.0)
     assert len(lines) == AT_ONCE + 1
     assert lines[AT_ONCE - 1 :] == [
         f"request {AT_ONCE - 1}",
-        "more requests are refused, which are not logged one by one",
+        "more requests are rejected, which are not logged one by one",
     ]
     limit.write(lines.append, "later", 5.0 + math.ceil(1.0 / RATE))
     assert lines[-1] == "later"

@@ -130,7 +130,7 @@ def _direction(cells: ChartCells, values: Floats, given: str) -> Positive:
     if (values >= 0.0).all() and not cells.spacing:
         return "down"
     raise BathymetryError(
-        f"has values from {values.min():g} to {values.max():g} m and does not say which are below the water: set "
+        f"has values from {values.min():g} to {values.max():g} m and does not define which are below the water: set "
         "Chart Positive to up (elevations, as those of GEBCO and EMODnet) or down (depths)"
     )
 

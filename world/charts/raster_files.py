@@ -65,7 +65,7 @@ def _read_window(rasterio: Any, dataset: Any, window: ChartWindow, given: Coordi
 
 def _coordinates(dataset: Any, given: Coordinates | None) -> Coordinates:
     if dataset.transform.is_identity or dataset.transform.is_degenerate:
-        raise BathymetryError("has no georeference: it does not say where its cells are")
+        raise BathymetryError("has no georeference: the place of its cells is unknown")
     if dataset.crs is None:
         west, south, east, north = _corners(dataset)
         if given is None and not (west >= -360.0 and east <= 360.0 and south >= -90.1 and north <= 90.1):

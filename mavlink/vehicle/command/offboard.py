@@ -46,7 +46,7 @@ class OffboardTarget:
             else:
                 self._reference, self._steers = self._reference_of(message), False
         except MissionError as refusal:
-            session.send_statustext(statustext.WARNING, f"Target refused: {refusal}", now)
+            session.send_statustext(statustext.WARNING, f"Target rejected: {refusal}", now)
             return
         self._received_at = now
         control = self._control

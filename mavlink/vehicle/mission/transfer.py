@@ -286,13 +286,13 @@ class MissionTransfer(MavlinkService):
     def _stored_fence(self, upload: Upload, outcome: PlanReply, now: float) -> None:
         self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
         if not outcome.done:
-            upload.session.send_statustext(statustext.WARNING, f"Fence refused: {outcome.reason}", now)
+            upload.session.send_statustext(statustext.WARNING, f"Fence rejected: {outcome.reason}", now)
 
     def _stored(self, upload: Upload, outcome: PlanReply, now: float) -> None:
         self._finish(upload, MissionResult.ACCEPTED if outcome.done else MissionResult.ERROR, now)
         say = partial(upload.session.send_statustext, statustext.WARNING, now=now)
         if not outcome.done:
-            say(f"Mission refused: {outcome.reason}")
+            say(f"Mission rejected: {outcome.reason}")
         elif self.mission.flies_replaced_mission:
             say("The vehicle continues the mission before this one until it is ordered to start this one")
 
@@ -305,7 +305,7 @@ class MissionTransfer(MavlinkService):
 
     def _refuse(self, upload: Upload, bad: BadItem, now: float) -> None:
         self._finish(upload, bad.result, now)
-        upload.session.send_statustext(statustext.WARNING, f"Mission refused: {bad}", now)
+        upload.session.send_statustext(statustext.WARNING, f"Mission rejected: {bad}", now)
 
     def _finish(self, upload: Upload, result: int, now: float) -> None:
         if self._uploads.get(upload.kind) is not upload:

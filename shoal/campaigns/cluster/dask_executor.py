@@ -263,7 +263,7 @@ class DaskExecutor:
         return {at: reply for at, reply in replies.items() if not isinstance(reply, Exception)}
 
     def _refuse(self, at: str, name: str, why: str) -> None:
-        self._refused[at] = f"worker {name} ({at}) is refused: {why}"
+        self._refused[at] = f"worker {name} ({at}) is rejected: {why}"
         self._on_notice(self._refused[at])
 
     def _drop(self, at: str, *, deaths: int = 1) -> None:

@@ -114,7 +114,7 @@ def open_results(folder: Path) -> CampaignResults:
 
 def _from_records(folder: Path, records: list[Record], damaged: int) -> CampaignResults:
     if not records or "digest" not in records[0]:
-        raise ResultsError(f"{folder / JOURNAL} does not say of which study it is: its first line is damaged")
+        raise ResultsError(f"{folder / JOURNAL} does not name its study: its first line is damaged")
     found = CampaignResults(folder, records[0], damaged_lines=damaged)
     for record in records[1:]:
         found.apply_record(record)

@@ -59,8 +59,8 @@ def _parse_shard(_: click.Context, __: click.Parameter, text: str | None) -> Sha
 @click.option("-o", "--out", type=FOLDER, help="Folder of the data set. [default: campaigns/NAME]")
 @workers_option
 @click.option("--on", metavar="ADDRESS", help="Do the runs on a cluster of Dask, such as dask://scheduler:8786.")
-@click.option("--runs", type=click.IntRange(1), help="How many runs, instead of what the study says.")
-@click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of what the study says.")
+@click.option("--runs", type=click.IntRange(1), help="Number of runs, instead of that in the study.")
+@click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of those in the study.")
 @values_option
 @code_option
 @wall_limit_option

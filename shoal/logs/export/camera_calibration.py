@@ -18,7 +18,7 @@ from world.sensors import ImuPart
 
 FILE = "cameras.yaml"
 OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
-UNLIKE = "pictures of {} were taken with another lens or size than cameras.yaml says"
+UNLIKE = "pictures of {} were taken with another lens or size than in cameras.yaml"
 GRAVITY = 9.80665  # m/s²
 SHUTTER = ("readout_time", "line_delay", "time_of", "first_row")  # of cameras.yaml, if a shutter rolls
 OPENVINS = ("pinhole", "radtan"), ("pinhole", "equidistant")  # the lenses that it has; it takes any other for radtan

@@ -59,7 +59,7 @@ def examine_log(path: Path, progress: ReportProgress | None = None, spread: Para
     except imc.SchemaError as error:
         log = imc.Log(path, schema=imc.builtin(), spread=spread)
         text = f"the definitions beside the log are bad: {error}"
-        findings = [Finding("error", text, meaning="Readers refuse them.", remedy="--repair writes the built-in ones.")]
+        findings = [Finding("error", text, meaning="Readers reject them.", remedy="--repair writes the built-in ones.")]
     else:
         if log.schema_source is None:
             text = "there is no IMC.xml or IMC.xml.gz beside the log"
@@ -97,7 +97,7 @@ def repair_log(examination: Examination, folder: Path) -> int:
 
 CUT = (
     "The file ends within compressed data: its writer was killed, power was lost, or a copy is incomplete. "
-    "Other readers, such as Neptus, may refuse the file."
+    "Other readers, such as Neptus, may reject the file."
 )
 _REASONS = (
     ("wrong CRC", "error", "Bytes of packets have changed: a bad disk, a bad copy, or a transfer in text mode."),

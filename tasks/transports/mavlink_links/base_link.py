@@ -190,7 +190,7 @@ class Link:
         """Count somebody for whom there is no room, and name each computer once."""
         self.counts["refused"] += 1
         full = f"has its {self._host.maximum_peers} stations"
-        self.warn_once(str(peer[0]), f"{full}: {peer[0]} was refused")
+        self.warn_once(str(peer[0]), f"{full}: {peer[0]} was rejected")
 
     def warn_once(self, who: str, words: str) -> None:
         if self._named.is_due(who):

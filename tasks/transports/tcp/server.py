@@ -26,7 +26,7 @@ IDLE = 1.0  # s without a packet after which a connection may have to give way
 PAUSE = 0.01  # s, after so many
 SILENT_FOR = 2.5  # s until a client that sends nothing is taken for a console; a DUNE sends Heartbeat at 1 Hz
 UNKNOWN_FOR = PERIOD + 1.0  # s until a system that does not announce itself is taken for no vehicle
-REFUSED = "connections refused, since there were too many"
+REFUSED = "connections rejected, since there were too many"
 GAVE_WAY = "connections ended for others"
 
 
@@ -115,7 +115,7 @@ class Server(StreamLinkTask):
                 continue
             opened.close()
             if self.drops.add(REFUSED, address):
-                self.log.warning(f"{self.maximum_connections} are connected: {address} was refused")
+                self.log.warning(f"{self.maximum_connections} are connected: {address} was rejected")
         self.unwatch(self.listener)
         schedule_network_timer(self, PAUSE, self.go_on_accepting)
 

@@ -140,7 +140,7 @@ class AirSimClient(RpcClient):
         scales = None if info.proj_mat is None else info.proj_mat.scales()
         expected = None if told is None else (2.0 * told.model.fx / told.width, 2.0 * told.model.fy / told.height)
         if scales is None and expected is None:
-            raise AirSimError(f"{name}: neither proj_mat of simGetCameraInfo nor settings.json says what it sees")
+            raise AirSimError(f"{name}: neither proj_mat of simGetCameraInfo nor settings.json describes its view")
         if scales is None or expected is None:
             return scales or expected or (1.0, 1.0)
         found, stated = (math.degrees(2.0 * math.atan(1.0 / each[0])) for each in (scales, expected))

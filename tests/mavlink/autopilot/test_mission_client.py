@@ -89,7 +89,7 @@ def test_a_refusal_tells_the_result():
     talk = Talk()
     talk.memory.upload(ITEMS, 0.0)
     talk.hear("MISSION_ACK", type=MissionResult.NO_SPACE)
-    assert talk.memory.error == "the mission was refused: no space"
+    assert talk.memory.error == "the mission was rejected: no space"
 
 
 @pytest.mark.parametrize(

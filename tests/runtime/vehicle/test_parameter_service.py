@@ -64,7 +64,7 @@ def test_a_console_that_sends_refused_values_without_end_does_not_fill_the_log_b
     ]
     run = simulate(Valve, requests, seconds=3)
     assert 60 <= len(run.log) < 70
-    assert "more requests about parameters are refused, which are not logged one by one" in run.log
+    assert "more requests about parameters are rejected, which are not logged one by one" in run.log
 
 
 def test_parameters_are_told_to_all_at_the_start_and_when_they_change():

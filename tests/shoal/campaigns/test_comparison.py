@@ -152,7 +152,7 @@ def test_a_run_of_a_study_that_has_changed_is_not_done_again(tmp_path):
     with pytest.raises(ResultsError, match=r"dive\.study\.yaml, or a file that it names, has changed since"):
         repeat_run(data, 3, StandInRuns(), make_draft=StandInDraft)
     path.unlink()
-    with pytest.raises(ResultsError, match="which is not there; --study FILE says where it is"):
+    with pytest.raises(ResultsError, match="which is not there; --study FILE gives its place"):
         repeat_run(data, 3, StandInRuns(), make_draft=StandInDraft)
     assert math.isnan(data.rows[0]["metrics.never"])
 

@@ -90,7 +90,7 @@ def test_a_merged_campaign_is_reported_compared_and_run_again(tmp_path):
 def test_a_campaign_whose_study_has_moved_is_run_again_from_where_it_is(tmp_path):
     data = do(write_study(tmp_path / "there"), tmp_path / "runs")
     (tmp_path / "there").rename(tmp_path / "here")
-    with pytest.raises(ResultsError, match="is not there; --study FILE says where it is"):
+    with pytest.raises(ResultsError, match="is not there; --study FILE gives its place"):
         repeat_run(data, 7, StandInRuns(), make_draft=StandInDraft)
     file = tmp_path / "here" / "dive.study.yaml"
     assert repeat_run(data, 7, StandInRuns(), make_draft=StandInDraft, file=file).differences == ()

@@ -183,5 +183,5 @@ def test_a_clock_behind_the_last_log_is_named(tmp_path: Path) -> None:
     os.utime(day, (4070908800.0, 4070908800.0))
     vehicle = Vehicle("probe", 1, clock=WallClock(), profile=NoProfile(), log_root=tmp_path / "log")
     (text,) = told(vehicle, SystemdNotifier(vehicle))
-    assert text.startswith("the computer's clock is not set: it says 20")
+    assert text.startswith("the computer's clock is not set: it shows 20")
     assert "but the last log: 2099-01-01 00:00" in text

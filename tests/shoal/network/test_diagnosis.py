@@ -59,7 +59,7 @@ def test_the_log_book_of_a_vehicle_says_why_it_does_not_hear_us():
 
     silent, why = texts(asyncio.run(act()))
     assert "nothing arrives from here" in silent
-    assert why.startswith("station: log book there says of us: packet from 0x")
+    assert why.startswith("station: log book there reports on us: packet from 0x")
     assert why.endswith("dropped: command of a console that is not listed")
 
 

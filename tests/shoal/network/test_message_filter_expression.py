@@ -85,7 +85,7 @@ def test_expressions(text, message, expected):
         ("depth > 2 and u > 1 kmh", [], "there is no unit 'kmh' (did you mean 'km/h'?), at character 21"),
         ("Temperature[CTD].value > 2", [], "write the field alone; VEHICLE and --entities choose whose it is"),
         ("age(GpsFix) > 3 s", [], "age is for scenarios only"),
-        ("text ~ 3", [imc.LogBookEntry], "text ~ wants a text in quotes, at character 8"),
+        ("text ~ 3", [imc.LogBookEntry], "text ~ needs a text in quotes, at character 8"),
         ("state = 2", [], "write =="),
         ("__import__('os')", [], "there is no function '__import__'"),
         ("depth > 2; import os", [], "';' is not understood"),

@@ -79,7 +79,7 @@ def test_pictures_after_the_fact_are_those_of_the_run(asked, tmp_path, monkeypat
 
 def test_data_sets_have_no_pictures_of_another_lens_than_their_calibration(asked, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = "pictures of Fisheye_Camera were taken with another lens or size than cameras.yaml says"
+    text = "pictures of Fisheye_Camera were taken with another lens or size than in cameras.yaml"
     for form, pictures in (("euroc", "mav0/cam0/data"), ("tum", "rgb")):
         assert f"12 messages: {text}" in call("log", "export", asked, form, "-f", form)
         assert [Image.open(path).size[0] for path in Path(form, pictures).iterdir()] == [64] * 7

@@ -84,4 +84,4 @@ def test_another_rate_is_that_of_the_file(log, tmp_path):
     ini.write_text("[Vision.FisheyeCamera]\nEntity Label = Fisheye Camera\nSize = 40\nFrame Rate = 2\n")
     seen = find_exposures(imc.Log(log), ini)
     assert np.allclose(np.diff([shot.time for shot in seen.pictures]), 0.5)
-    assert seen.notes == ["cut, or made on a wall clock: the log does not say when Fisheye Camera was exposed"]
+    assert seen.notes == ["cut, or made on a wall clock: the log does not contain when Fisheye Camera was exposed"]

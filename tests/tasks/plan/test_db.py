@@ -188,7 +188,7 @@ def test_a_console_that_asks_in_vain_without_end_does_not_fill_the_log_book():
     assert len([m for m in run.of(imc.PlanDB) if m.type == Type.FAILURE]) == 450
     assert 60 <= len(run.log) < 75
     assert run.log[0].endswith("undefined plan: 'p0'")
-    assert "more requests are refused, which are not logged one by one" in run.log
+    assert "more requests are rejected, which are not logged one by one" in run.log
 
 
 def slow_file(tmp_path, requests, seconds=20):

@@ -121,7 +121,7 @@ async def fly(system, kind):
     parameters = await ParamAsync(system).get_all_params()
     seen["parameters"] = len(parameters.int_params) + len(parameters.float_params)
     absurd = item(home, 60, 0, math.copysign(9999.0, altitude or -1.0), speed)
-    while not any(text.startswith("Mission refused: item 0") for text in texts):  # a text may be lost
+    while not any(text.startswith("Mission rejected: item 0") for text in texts):  # a text may be lost
         try:
             await upload(mission, [absurd])
         except MissionError as error:

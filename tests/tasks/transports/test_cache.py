@@ -105,7 +105,7 @@ def test_only_listed_messages_are_stored_and_nothing_is_copied_elsewhere(tmp_pat
         kind(op=kind.Op.COPY, snapshot="/tmp/x"),
     ]
     _, log = live(tmp_path, *wishes, kind(op=kind.Op.STORE, message=LIMITS))
-    assert sum("refused" in line for line in log) == 3
+    assert sum("rejected" in line for line in log) == 3
     assert not any("NoneType" in line for line in log)
     assert [path.name for path in tmp_path.rglob("*.imc")] == ["OperationalLimits.imc"]
 

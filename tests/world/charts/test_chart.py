@@ -19,7 +19,7 @@ def test_which_way_is_up_is_said_by_the_option_or_the_file_or_by_negative_values
     for values in (depths, 40.0 - depths):
         write_geotiff(path, values.astype("f4"))
         with pytest.raises(
-            BathymetryError, match=r"has values from .* m and does not say which are below the water: set"
+            BathymetryError, match=r"has values from .* m and does not define which are below the water: set"
         ):
             read_chart(path, WINDOW)
     up, down = (read_chart(path, WINDOW, None, positive).soundings[2] for positive in ("up", "down"))

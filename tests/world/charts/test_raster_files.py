@@ -206,7 +206,7 @@ def test_a_picture_is_no_chart(tmp_path):
         with pytest.raises(BathymetryError, match=words):
             read_chart(path, WINDOW)
     tifffile.imwrite(path, np.zeros((50, 50), "f4"))
-    with pytest.raises(BathymetryError, match="has no georeference: it does not say where its cells are"):
+    with pytest.raises(BathymetryError, match="has no georeference: the place of its cells is unknown"):
         read_chart(path, WINDOW)
     path.write_text("no chart")
     with pytest.raises(BathymetryError, match=r"cannot be read: 'picture\.tif' not recognized"):

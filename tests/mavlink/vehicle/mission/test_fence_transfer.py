@@ -71,7 +71,7 @@ def test_a_fence_is_acknowledged_when_it_can_be_read_back(afloat, monkeypatch, a
     said = console.heard()
     assert [m.values["type"] for m in said if m.name == "MISSION_ACK"] == [ACCEPTED if after < 3.0 else ERROR]
     assert console.download(FENCE)[0]["count"] == (4 if after < 3.0 else 0)
-    assert read(said) == ([] if after < 3.0 else ["Fence refused: the operational limits do not take it"])
+    assert read(said) == ([] if after < 3.0 else ["Fence rejected: the operational limits do not take it"])
     if after < 3.0:
         assert console.say("MISSION_CLEAR_ALL", mission_type=FENCE) == []
         afloat.endpoint.update_state(asked[1], "Limits", afloat.now)

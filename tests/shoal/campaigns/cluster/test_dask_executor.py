@@ -153,7 +153,7 @@ def test_another_version_is_refused_and_without_others_the_campaign_ends(own, st
     own.worker("old")
     monkeypatch.setattr(cluster_module, "software_versions", lambda: "shoal 9, python 4")
     words = (
-        r"no worker is left at dask://.* that could do a run: worker old on .* is refused: it has shoal 0.*, and this"
+        r"no worker is left at dask://.* that could do a run: worker old on .* is rejected: it has shoal 0.*, and this"
     )
     with pytest.raises(OSError, match=words):
         run_study(load_study(study, runs=4), tmp_path / "there", on=own.address)

@@ -105,7 +105,7 @@ def test_a_health_that_is_not_repeated_is_unknown():
     bits = {f"onboard_control_sensors_{word}": 0x2F for word in ("present", "enabled", "health")}
     run = heard(at(0.0), (0.1, frame("SYS_STATUS", **bits)), *(at(float(time)) for time in range(1, 14)))
     gps = run.task.vehicle.entities.find("GPS")
-    assert (gps.state, gps.description) == (State.ERROR, "the autopilot does not tell its health")
+    assert (gps.state, gps.description) == (State.ERROR, "the autopilot does not report its health")
 
 
 def test_it_speaks_first_since_the_autopilot_may_wait_for_it():

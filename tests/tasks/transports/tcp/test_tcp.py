@@ -222,7 +222,7 @@ def test_there_is_room_for_so_many_and_no_more():
         again = Peer.of(server.open_port)
         await until(script, lambda: again.of_type(imc.Depth))
 
-    assert any("127.0.0.1 was refused" in line for line in run(test, maximum_connections=4).log)
+    assert any("127.0.0.1 was rejected" in line for line in run(test, maximum_connections=4).log)
 
 
 @pytest.mark.heavy
