@@ -46,7 +46,7 @@ def made(command, variant, craft):
     try:
         plan, converted = plan_of([*before, sample], PX4, craft)
     except BadItem as bad:
-        return "refused" if bad.result == MissionResult.UNSUPPORTED else str(bad)
+        return "rejected" if bad.result == MissionResult.UNSUPPORTED else str(bad)
     kinds = {m.maneuver_id: type(m.data).__name__ for m in plan.maneuvers}
     return ", ".join(kinds[name] for name in converted.steps[-1]) or "none"
 
@@ -66,7 +66,7 @@ def test_frames_are_those_of_the_table():
         try:
             return imc.ZUnits(plan_of([waypoint(1, 0, z, frame=frame)], PX4, craft).plan.maneuvers[0].data.z_units).name
         except BadItem as bad:
-            return "refused" if bad.result == MissionResult.UNSUPPORTED_FRAME else str(bad)
+            return "rejected" if bad.result == MissionResult.UNSUPPORTED_FRAME else str(bad)
 
     rows = table("frame")
     named = {int(number): cells for name, *cells in rows for number in re.findall(r"\d+", name)}
