@@ -9,7 +9,7 @@ from runtime.kernel.clock import SECOND
 from runtime.kernel.stalls import StallRecord
 from runtime.kernel.timer import Timer, owner_of
 
-FEW_TIMERS = 1000  # fewer timers than this are not searched for cancelled ones
+FEW_TIMERS = 1000  # fewer timers than this are not searched for canceled ones
 
 
 class EventQueue:
@@ -110,7 +110,7 @@ class EventQueue:
             enqueue((fire, (heappop(later)[2],)))
 
     def _sweep(self) -> None:
-        """Drop cancelled timers, so that watchdogs that are restarted all the time do not pile up."""
+        """Drop canceled timers, so that watchdogs that are restarted all the time do not pile up."""
         self._later[:] = [entry for entry in self._later if entry[2].function is not None]
         heapify(self._later)
         self._sweep_at = max(FEW_TIMERS, 2 * len(self._later))

@@ -292,7 +292,7 @@ class Task(DeviceTask):
         for ticker in self._tickers:
             ticker.stop()
         scripts, self._tickers, self._scripts = self._scripts, [], []
-        with ExitStack() as stack:  # all scripts are cancelled even if one fails
+        with ExitStack() as stack:  # all scripts are canceled even if one fails
             stack.callback(self._kernel.cancel_owner, self)
             for script in scripts:
                 stack.callback(script.cancel)

@@ -155,7 +155,7 @@ def _mean(values: Iterable[float]) -> float:
 
 
 def _percentile(samples: "array[float]", percentage: float) -> float:
-    """The value below which so many percent of the samples are, between neighbours in proportion."""
+    """The value below which so many percent of the samples are, between neighbors in proportion."""
     ordered = sorted(samples)
     place = percentage / 100.0 * (len(ordered) - 1)
     low = math.floor(place)

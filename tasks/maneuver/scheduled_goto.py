@@ -36,7 +36,7 @@ class ScheduledGoto(Maneuver):
         end = PathEnd(goto.lat, goto.lon, goto.z, goto.z_units, 0.0, imc.SpeedUnits.METERS_PS)
         speed, chosen = self._speed(goto, end), self.now
         self.start_path(end._replace(z=goto.travel_z, z_units=goto.travel_z_units, speed=speed))
-        travelling = True
+        traveling = True
         while not self.is_near_end:
             event = await self.next_message()
             if event is self.path:
@@ -46,8 +46,8 @@ class ScheduledGoto(Maneuver):
             if self.now - chosen >= REVISION:
                 speed, chosen = self._speed(goto, end), self.now
                 self.publish(imc.DesiredSpeed(value=speed, speed_units=end.speed_units))
-            if travelling and self.range_to(end) <= abs(vertical_error(self.state, end)) / CLIMB:
-                travelling = False
+            if traveling and self.range_to(end) <= abs(vertical_error(self.state, end)) / CLIMB:
+                traveling = False
                 self.publish(imc.DesiredZ(value=goto.z, z_units=goto.z_units))
         if goto.arrival_time > 0.0 and (late := self.now - goto.arrival_time) > TOLERANCE:
             self.report_missed(f"arrived {late:.0f} s after its time")

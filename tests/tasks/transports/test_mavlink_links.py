@@ -110,7 +110,7 @@ def test_a_full_link_lets_go_who_has_been_silent_longest():
     port = free_port()
     run = sail(script, f"udpin://{HOST}:{port}", maximum_peers=2)
     (line,) = told(run)
-    assert line == f"udpin://{HOST}:{port} has its 2 stations: {HOST} was refused"
+    assert line == f"udpin://{HOST}:{port} has its 2 stations: {HOST} was rejected"
 
 
 def test_who_only_listens_gets_the_default_rates():
@@ -173,7 +173,7 @@ def test_a_stranger_that_connects_a_hundred_times_takes_nobodys_place():
 
     port = tcp_port()
     run = sail(script, f"tcpin://{HOST}:{port}", maximum_peers=4, clock=ScaledClock(FAST))
-    assert told(run) == [f"tcpin://{HOST}:{port} has its 4 stations: {HOST} was refused"]
+    assert told(run) == [f"tcpin://{HOST}:{port} has its 4 stations: {HOST} was rejected"]
 
 
 def test_a_connection_that_carries_no_mavlink_is_ended():
