@@ -118,7 +118,7 @@ class Node:
 
 @cache
 def _types() -> Any:
-    """What types scalars as YAML 1.1 does."""
+    """A resolver that types scalars as YAML 1.1 does."""
     import yaml
 
     return yaml.SafeLoader("")
