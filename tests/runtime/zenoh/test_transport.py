@@ -175,6 +175,7 @@ def test_a_packet_under_a_key_with_wildcards_arrives_once_each_time_it_is_sent()
 @pytest.mark.heavy
 def test_a_port_held_by_something_else_keeps_nobody_apart_and_is_taken_over(network: Network) -> None:
     with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # earlier tests left connections in TIME_WAIT
         other.bind(("127.0.0.1", network.local_port))
         other.listen()
         first, _ = network.buses(1, 2)
