@@ -239,7 +239,7 @@ def test_wrong_named_values_are_explained(text, words):
 
 
 def test_the_documentation_lists_the_streams():
-    section = PAGE.read_text().partition("## What goes out")[2].partition("\n## ")[0]
+    section = PAGE.read_text().partition("## Outgoing messages")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| ([A-Z0-9_]+) \| (.+?) \| (.+?) \|$", section, re.MULTILINE)
 
     def rate(stream):
