@@ -242,9 +242,11 @@ def test_the_documentation_lists_the_streams():
     section = PAGE.read_text().partition("## Outgoing messages")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| ([A-Z0-9_]+) \| (.+?) \| (.+?) \|$", section, re.MULTILINE)
 
+    parameters = {parameter.attribute: parameter for parameter in MAVLink.parameters().values()}
+
     def rate(stream):
         if isinstance(stream.rate, str):
-            parameter = getattr(MAVLink, stream.rate)
+            parameter = parameters[stream.rate]
             return f"`{parameter.name}`, {parameter.default:g}"
         return f"{stream.rate:g}" if stream.rate else "on request"
 
