@@ -33,7 +33,8 @@ class ClimbSpeed:
         if climb <= TOO_FAST * speed + MARGIN:
             self._wrong_since = math.inf
             return None
-        self._wrong_since = min(self._wrong_since, now)
+        if math.isinf(self._wrong_since):
+            self._wrong_since = now
         if self._reported or now - self._wrong_since < PERSISTENCE:
             return None
         if not (self._corrected or vehicle.px4):
