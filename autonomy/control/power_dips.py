@@ -10,6 +10,7 @@ MEMORY = 30.0  # s; losses farther apart are not one fault
 REMEMBERED = 4  # intervals between losses, of which the shortest counts
 SETTLES = 15.0  # s after the last loss, in which a vehicle that nothing measures comes down from where it was
 MISSED = 2.0  # intervals without a loss, after which none is expected
+FORGOTTEN = MISSED * MEMORY  # s after the last loss, in which the fault counts: a later flight is one as usual
 SPIN_UP = 0.05  # s of lift that the rotors need when power is back, more than they keep when it fails
 GENTLE = 2.0  # m/s; the descent at the end of a loss, at most
 FASTEST_RISE = 3.0  # m/s before a loss; what a longer one needs is more than rotors give in time
@@ -55,14 +56,13 @@ class PowerDips:
         lost, self._lost = self._lost, 0.0
         return lost
 
-    @property
-    def repeat(self) -> bool:
-        """Whether power has failed twice in half a minute."""
-        return len(self._begins) > 1
+    def has_repeated(self, now: float) -> bool:
+        """Whether power has failed twice in half a minute, and this was not long ago."""
+        return len(self._begins) > 1 and now - self._begins[-1] <= FORGOTTEN
 
     def is_settled(self, now: float) -> bool:
         """Whether the last loss of power was long ago, so that the vehicle no longer falls and rises."""
-        expects = MISSED * self._interval if self.repeat else 0.0
+        expects = MISSED * self._interval if self.has_repeated(now) else 0.0
         return not self._begins or now - self._begins[-1] > expects + SETTLES
 
     @property
@@ -89,7 +89,7 @@ class PowerDips:
 
         Before a loss that is expected it rises, if the rotors can change its speed so far in time.
         """
-        if not self.repeat:
+        if not self.has_repeated(now):
             return None
         interval, since = self._interval, now - self._begins[-1]
         least = GENTLE - GRAVITY * (self._longest + SPIN_UP)

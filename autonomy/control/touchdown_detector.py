@@ -37,7 +37,7 @@ class TouchdownDetector:
         rests = descent > DESCENDS and still and share < UNLOADED
         self._unloaded = min(self._unloaded, now) if rests else math.inf
         carried = self._dips.stands(now, force)
-        return carried or now - self._unloaded >= (BRIEFLY if self._dips.repeat else RESTS)
+        return carried or now - self._unloaded >= (BRIEFLY if self._dips.has_repeated(now) else RESTS)
 
     def lies(self, now: float, share: float, height: float | None, force: float | None) -> bool:
         """Whether something else carries it: rotors that carry a smaller `share` of the weight would let it fall.

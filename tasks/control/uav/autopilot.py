@@ -160,7 +160,7 @@ class Autopilot(Task):
             return
         self._advance()
         self._dips.receive(self.now, powered=powered)
-        if self._dips.repeat:
+        if self._dips.has_repeated(self.now):
             self._land("the power fails again and again")
         if powered and (state := self._state) is not None and self._phase is not FlightPhase.GROUND:
             if self._vertical.fresh_force(self.now) is None:
@@ -326,7 +326,7 @@ class Autopilot(Task):
         height = max(state.alt, self._vertical.measured_height(self.now) or 0.0)
         wanted = law.below_fence(wanted, self._ceiling - height)
         force = self._vertical.measured_force(self.now, self._expected_force)
-        command = law.step(state, wanted, heading, dt, force, at_once=self._dips.repeat)
+        command = law.step(state, wanted, heading, dt, force, at_once=self._dips.has_repeated(self.now))
         self._command(command)
         felt = self._vertical.fresh_force(self.now, BLIND_STEP)
         if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust / law.weight, felt):

@@ -37,8 +37,11 @@ def test_it_descends_steadily_where_nothing_is_expected_or_nothing_helps(dips):
 
 
 def test_losses_repeat_if_they_are_less_than_half_a_minute_apart():
-    assert [fail(10.0, time).repeat for time in (35.0, 45.0)] == [True, False]
+    assert [fail(10.0, time).has_repeated(time + 0.3) for time in (35.0, 45.0)] == [True, False]
     assert fail(10.0).urgent_descent(11.0) is None
+    assert [fail(10.0, 12.0).urgent_descent(time) for time in (71.0, 73.0)] == [BLIND_DESCENT, None], (
+        "a fault of before"
+    )
     assert [fail(10.0).is_settled(time) for time in (20.0, 26.0)] == [False, True]
 
 

@@ -106,6 +106,21 @@ def test_it_lands_after_an_abort_and_its_rotors_rest(dst):
     assert max(speeds) < 0.8
 
 
+def test_losses_of_power_of_a_flight_before_do_not_make_the_next_landing_harder():
+    dips = [
+        imc.Voltage(timestamp=time + late, value=0.0 if not late else 22.0)
+        for time in (1.0, 3.0)
+        for late in (0.0, 0.3)
+    ]
+    begin = 70.0
+    up = [enable(Loops.VELOCITY), *velocity(begin, w=-2.0, until=begin + 6.0)]
+    abort = imc.Abort(timestamp=begin + 6.0, src=0x4000, dst=OWN)
+    run = air(*dips, *up, abort, seconds=begin + 40.0, batteries="")
+    assert phases(run) == ["GROUND", "GUIDED", "LAND", "GROUND"]
+    speeds = [float(text.split()[-2]) for text in run.log if text.startswith("touchdown")]
+    assert 0.0 < max(speeds) < 0.8
+
+
 def test_an_abort_for_somebody_else_lands_nobody():
     assert "LAND" not in phases(air(*UP, imc.Abort(timestamp=3.0, src=0x4000, dst=0x1B), seconds=5.0))
 
