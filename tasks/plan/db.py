@@ -106,8 +106,11 @@ class DB(Task):
         if message.type == kinds.REQUEST:
             own = message.src == self.system and message.dst == UNKNOWN_SYSTEM
             is_for_me = own or message.dst in (self.system, BROADCAST)
-            if is_for_me and _has_specification(message) and not self._copies_of_starts.is_duplicate(message):
-                self._unchecked[message.src, message.src_ent, message.request_id, message.op] = message
+            key = message.src, message.src_ent, message.request_id, message.op
+            if is_for_me and not _has_specification(message):
+                self._unchecked.pop(key, None)  # the next answer is not to a request that had none
+            elif is_for_me and not self._copies_of_starts.is_duplicate(message):
+                self._unchecked[key] = message
                 while len(self._unchecked) > MOST_WAITING:  # without a plan engine nobody answers
                     del self._unchecked[next(iter(self._unchecked))]
         elif message.src == self.system and message.type in (kinds.SUCCESS, kinds.FAILURE):

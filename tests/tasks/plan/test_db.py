@@ -134,6 +134,13 @@ def test_a_plan_that_is_started_with_its_specification_is_kept():
     assert [info.plan_id for info in state.arg.plans_info] == ["a"]
 
 
+def test_a_request_without_answer_is_not_stored_by_the_answer_to_another_one_of_its_number():
+    start = imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A, request_id=4)
+    by_name = answered(start.replace(timestamp=1.05, plan_id="b", arg=None))
+    (state,) = served(start, *by_name, ask(Op.GET_STATE, at=2.0))
+    assert state.arg.plan_count == 0
+
+
 def test_a_plan_that_is_started_and_cannot_be_kept_is_told_and_harms_nothing():
     class Full(DB):
         """A database without space for plans."""
