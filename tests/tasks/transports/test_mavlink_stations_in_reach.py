@@ -14,7 +14,6 @@ from tests.tasks.transports.mavlink_station import HOST, Station
 GCS, ON_BOARD = 6, 18  # MAV_TYPE
 STEP = 0.5  # s
 CONSOLE = 0x4001
-FAIL = imc.PlanControl(op=imc.PlanControl.Op.LOAD, plan_id="there is none", request_id=1)
 
 
 class Vehicle:
@@ -80,8 +79,6 @@ def wait_after_failure(vehicle):
     plan = imc.PlanSpecification(plan_id="lostcomms", start_man_id="1", maneuvers=(maneuver,))
     vehicle.give(imc.PlanDB(op=imc.PlanDB.Op.SET, plan_id="lostcomms", arg=plan))
     vehicle.give(imc.PlanControl(op=imc.PlanControl.Op.STOP, request_id=7))
-    vehicle.run(1.0)
-    vehicle.give(FAIL)
     for _ in range(200):
         vehicle.run(1.0)
         if task.entity.description == "no console in reach":
