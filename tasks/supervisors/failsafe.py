@@ -107,7 +107,8 @@ class Failsafe(Task):
         self._rates: Vector = (0.0, 0.0, 0.0)
         self._felt = self._measured = self._fixed = self._estimated = self._surfaced = -math.inf
         self._floats = False
-        self._estimated_depth, self._estimated_rising = -math.inf, 0.0
+        self._estimated_depth = -math.inf
+        self._estimated_rising: float | None = None
         self._rising, self._ascending, self._reported = 0.0, False, False
         self._jumped = 0.0
         self._missed: dict[str, int] = {}
@@ -148,8 +149,9 @@ class Failsafe(Task):
     @consume
     def record_estimated_depth(self, state: imc.EstimatedState) -> None:
         """Use the estimate where the sensor is silent, and its vertical speed where the sensor is wrong."""
-        if math.isfinite(state.depth) and math.isfinite(state.vz):
-            self._estimated, self._estimated_depth, self._estimated_rising = self.now, state.depth, -state.vz
+        if math.isfinite(state.depth):
+            self._estimated, self._estimated_depth = self.now, state.depth
+            self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
 
     @consume
     def record_fix(self, fix: imc.GpsFix) -> None:

@@ -148,6 +148,13 @@ def test_a_depth_that_is_no_number_is_no_measurement():
     assert all(math.isfinite(m.value) for m in commands)
 
 
+@pytest.mark.parametrize("vz", [0.0, math.nan])
+def test_an_estimated_depth_counts_also_if_its_vertical_speed_is_unknown(vz):
+    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
+    run = guarded(*every(imc.EstimatedState, 0.5, 50.0, depth=8.0, vz=vz), seconds=50.0, **options)
+    assert any(m.value for m in run.of(imc.SetThrusterActuation))
+
+
 @pytest.mark.parametrize(("dst", "obeyed"), [(OWN, True), (BROADCAST, True), (0xFFFF, True), (0x1B, False)])
 def test_it_obeys_an_abort_once_and_is_well_afterwards(dst, obeyed):
     run = guarded(ON, imc.Abort(timestamp=1.0, src=CCU, dst=dst), seconds=3.0)
