@@ -57,7 +57,7 @@ class UnlistedConsoles:
         if self._says and self._named_publishers.is_due(source):
             what = message_type_name(imc.packet_id(packet))
             self._tell(
-                f"{what} of {_describe(source, name)} over zenoh dropped, and what else is no report: "
+                f"{what} of {_describe(source, name)} over zenoh dropped, as will be all that is no report: "
                 "the system is not in [General] Consoles"
             )
 

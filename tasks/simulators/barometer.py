@@ -4,6 +4,7 @@ import math
 
 import imc
 from runtime import State, Task, consume, param, periodic
+from tasks.simulated_world import INVALID_TRUTH, is_valid_truth
 
 SEA_LEVEL_TEMPERATURE = 288.15  # K
 ICE_POINT = 273.15  # K
@@ -38,10 +39,9 @@ class Barometer(Task):
 
     @consume
     def update_truth(self, truth: imc.SimulatedState) -> None:
-        finite = math.isfinite(truth.z + truth.height)
-        self._truth = truth if finite else None
-        if not finite:
-            self.set_entity_state(State.FAULT, "SimulatedState is not finite")
+        self._truth = truth if is_valid_truth(truth) else None
+        if self._truth is None:
+            self.set_entity_state(State.FAULT, INVALID_TRUTH)
 
     @periodic("execution_frequency")
     def measure(self, periods: int) -> None:

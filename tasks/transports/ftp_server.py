@@ -257,7 +257,7 @@ def _session(server: FTPServer, timeout: float) -> Any:
 
         def log_cmd(self, cmd: str, arg: str, respcode: int, respstr: str) -> None:
             if respcode == 550:
-                server.counts["refused"] += 1
+                server.counts["rejected"] += 1
                 server.tell(f"{self.remote_ip} may not {cmd} {self.fs.fs2ftp(arg)}: {respstr}")
 
         def on_file_sent(self, _: str) -> None:

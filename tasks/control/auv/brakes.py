@@ -8,7 +8,7 @@ from autonomy.control import EchoClass, EnabledLoops, classify_echo
 from runtime import State, Task, consume, param, periodic
 
 Op = imc.Brake.Op
-STALE = 1.0  # s; a state that is farther from an echo than this does not tell where the sonar pointed
+STALE = 1.0  # s; a state that is farther from an echo than this does not show where the sonar pointed
 MOST_ECHOES = 32  # between two states
 
 

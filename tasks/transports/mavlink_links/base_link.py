@@ -188,7 +188,7 @@ class Link:
 
     def reject(self, peer: Peer) -> None:
         """Count somebody for whom there is no room, and name each computer once."""
-        self.counts["refused"] += 1
+        self.counts["rejected"] += 1
         full = f"has its {self._host.maximum_peers} stations"
         self.warn_once(str(peer[0]), f"{full}: {peer[0]} was rejected")
 

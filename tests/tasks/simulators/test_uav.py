@@ -217,6 +217,15 @@ def test_a_barometer_measures_the_standard_atmosphere():
     assert [m.value for m in run.of(imc.Temperature)] == [pytest.approx(8.5, abs=0.01)] * 19
 
 
+@pytest.mark.parametrize("height", [math.nan, math.inf, -1e38])
+def test_a_barometer_does_not_measure_at_an_impossible_height(height):
+    run = simulate(
+        Barometer, feed=[*truths(1.0, 50.0), *(m.replace(timestamp=1.5) for m in truths(0.01, height))], seconds=2.5
+    )
+    assert run.task.entity.state == State.FAULT
+    assert run.of(imc.Pressure)[-1].timestamp - run.vehicle.start_time < 1.6
+
+
 def test_a_position_has_the_noise_that_is_asked_for():
     run = simulate(GPS, feed=truths(40.0, 50.0), execution_frequency=20.0, position_noise=0.6, height_noise=1.2)
     fixes = run.of(imc.GpsFix)

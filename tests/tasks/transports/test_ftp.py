@@ -201,7 +201,7 @@ def test_nothing_can_be_changed(serve, logs, command):
     assert sorted((path, path.lstat().st_mtime, path.lstat().st_mode) for path in logs.rglob("*")) == before
     assert soon(lambda: tales)
     assert command.split()[0] in tales[0]
-    assert client.server.counts["refused"] == 1
+    assert client.server.counts["rejected"] == 1
 
 
 def test_logs_are_removed_only_if_the_profile_allows_it_and_never_the_present_one(serve, logs):

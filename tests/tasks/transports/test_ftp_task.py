@@ -52,7 +52,7 @@ def test_the_task_serves_its_vehicle_and_reports(tmp_path):
     assert names == ["20260101"]
     assert error.startswith("550")
     assert state == State.NORMAL
-    assert "1 refused" in description
+    assert "1 rejected" in description
     assert any("may not DELE /x" in line for line in run.log)
     (service,) = [m.service for m in run.messages if type(m).__name__ == "AnnounceService"]
     assert service.startswith("ftp://127.0.0.1:")

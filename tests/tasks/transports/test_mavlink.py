@@ -61,7 +61,7 @@ def test_stations_on_a_listening_link_come_and_go():
             await station.expect("HEARTBEAT")
         await control.sleep(2.0)
         assert stations[2].take() == []
-        assert task.link_set.drop_counts["refused"] >= 1
+        assert task.link_set.drop_counts["rejected"] >= 1
         assert "2 in contact" in task.entity.description
         for _ in range(40):
             stations[0].send("HEARTBEAT", type=6)

@@ -105,7 +105,7 @@ def test_a_full_link_lets_go_who_has_been_silent_longest():
         await third.expect("HEARTBEAT")
         link = mavlink(control).link_set.links[0]
         assert [peer[1] for peer in link.sessions] == [second.port, third.port]
-        assert 3 <= link.counts["refused"] <= 6, "nobody has to go who was heard in the last 5 s"
+        assert 3 <= link.counts["rejected"] <= 6, "nobody has to go who was heard in the last 5 s"
 
     port = free_port()
     run = sail(script, f"udpin://{HOST}:{port}", maximum_peers=2)
@@ -162,13 +162,13 @@ def test_a_stranger_that_connects_a_hundred_times_takes_nobodys_place():
         await greet(station)
         strangers = [socket.create_connection((HOST, port)) for _ in range(100)]
         link = mavlink(control).link_set.links[0]
-        await until(control, lambda: link.counts["refused"] == 97)
+        await until(control, lambda: link.counts["rejected"] == 97)
         await greet(station)
         assert len(link.sessions) == 4
         for stranger in strangers:
             stranger.close()
         await until(control, lambda: len(link.sessions) == 1)
-        await until(control, lambda: "refused 97" in mavlink(control).entity.description)
+        await until(control, lambda: "rejected 97" in mavlink(control).entity.description)
         await greet(TcpStation(control, (HOST, port), system=254))
 
     port = tcp_port()
@@ -248,7 +248,7 @@ def test_a_connection_that_ends_while_it_is_answered_ends_nothing_else():
             mavlink(control).send_due_messages()
         await until(control, lambda: len(mavlink(control).endpoint.sessions) == 1)
         await greet(good)
-        assert mavlink(control).link_set.drop_counts["refused"] == 0
+        assert mavlink(control).link_set.drop_counts["rejected"] == 0
 
     port = tcp_port()
     run = sail(script, f"tcpin://{HOST}:{port}", clock=WallClock())
