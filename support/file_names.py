@@ -1,4 +1,4 @@
-"""Names from elsewhere as names of files."""
+"""File names from texts of others."""
 
 import re
 
@@ -9,9 +9,13 @@ LONGEST = 100  # bytes
 
 def file_name_part(text: str) -> str:
     """A text as part of the name of a file: no separators; at most 100 bytes."""
-    return clip_utf8(re.sub(r"[^\w.+=@-]", "_", text.strip()), LONGEST)
+    return clip_utf8(_without_separators(text), LONGEST)
 
 
 def file_name_of(text: str) -> str:
     """A text as the name of one file or folder: no separators, no dots in front; never empty."""
-    return file_name_part(text.strip().lstrip(".")) or "_"
+    return clip_utf8(_without_separators(text).lstrip("."), LONGEST) or "_"
+
+
+def _without_separators(text: str) -> str:
+    return re.sub(r"[^\w.+=@-]", "_", text.strip())
