@@ -8,7 +8,8 @@ import yaml
 class _UniqueKeyLoader(yaml.SafeLoader):
     """Rejects a key that occurs twice in a mapping, of which PyYAML silently takes the last."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)  # as it is written: construction merges other mappings (<<) into it
         seen = set[tuple[str, str]]()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode):
@@ -16,7 +17,7 @@ class _UniqueKeyLoader(yaml.SafeLoader):
                 if name in seen:
                     raise yaml.MarkedYAMLError(problem=f"{key.value!r} occurs twice", problem_mark=key.start_mark)
                 seen.add(name)
-        return cast(dict[Any, Any], super().construct_mapping(node, deep))
+        return node
 
 
 def load_yaml(text: str) -> Any:
