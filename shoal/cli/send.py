@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import math
 import time
 from contextlib import suppress
 from typing import Any
@@ -24,6 +25,7 @@ from shoal.network import AsyncRemoteVehicle, MessageListener
 from support.terminal_text import printable, suggestion
 
 FASTEST = 1000.0  # Hz
+FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not listed
 
 
 class Rate(click.FloatRange):
@@ -35,10 +37,10 @@ class Rate(click.FloatRange):
         plain: Any = value
         if isinstance(value, str) and value.strip().casefold().endswith("hz"):
             plain = value.strip()[:-2].strip()
-        return super().convert(plain, param, ctx)
-
-
-FLIGHT = 0.2  # s until a packet is out, and the answer here that we are not listed
+        rate = super().convert(plain, param, ctx)
+        if math.isnan(rate):  # it is in no range, nor outside of one
+            self.fail(f"{value!r} is not a rate.", param, ctx)
+        return rate
 
 
 @click.command()

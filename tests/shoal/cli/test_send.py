@@ -168,3 +168,9 @@ def test_sending_ends_when_the_vehicle_is_gone(monkeypatch: pytest.MonkeyPatch) 
 )
 def test_a_count_needs_a_rate(words: tuple[str, ...]) -> None:
     assert send("DesiredSpeed", "value=1", *words).exit_code == 2
+
+
+def test_a_rate_that_is_no_number_is_rejected() -> None:
+    found = send("DesiredSpeed", "value=1", "--rate", "nan Hz", "--count", "3")
+    assert found.exit_code == 2
+    assert "'nan Hz' is not a rate" in found.stderr
