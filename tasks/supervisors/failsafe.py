@@ -262,7 +262,7 @@ class Failsafe(Task):
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
             jumped = -self._jumped if self._jumped < -DEPTH_JUMP else 0.0
-            ascent.update(now, depth, surfaced, self._fixed < now - FIX_TIMEOUT, rising, jumped)
+            ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, jumped)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:
@@ -302,7 +302,8 @@ class Failsafe(Task):
         measured = self.now - self._measured < DEPTH_TIMEOUT
         felt = self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, (*self._angles, *self._rates)))
         if felt:
-            ascent.record_pitch(self.now, self._angles[1], self._rates[1], self._rising if measured else 0.0)
+            now = self.now_without_stalls
+            ascent.record_pitch(now, self._angles[1], self._rates[1], self._rising if measured else 0.0)
         if felt and not (ascent.pitch_faulty and measured):
             fins = ascent_fins(self._angles, self._rates, math.radians(self.ascent_pitch), LARGEST_DEFLECTION)
         elif measured:

@@ -1,6 +1,7 @@
 """The last resort, alone: whom it watches, how it takes over, when it lets go."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from click.testing import CliRunner
@@ -188,6 +189,28 @@ def test_an_ascent_by_motor_has_not_failed_because_the_process_stood_still(rate,
     options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "ascent_delay": 20.0, "required_messages": []}
     run = guarded(*depths, seconds=280.0, clock=StallingClock(round(START * 1e9), [(30.2, 42.0)]), **options)
     assert any("do not bring the vehicle up" in text for text in run.log) is not worked
+
+
+def test_attempts_to_come_up_are_as_long_and_as_often_after_a_long_stall():
+    """The bow stays down, so that each attempt ahead ends soon and one astern follows."""
+
+    def attempts(stall):
+        """Times (s) without the stall at which the thrust changes, and the thrusts."""
+        at = [0.1 * k + (stall if k >= 50 else 0.0) for k in range(1600)]
+        angles = [imc.EulerAngles(timestamp=time, theta=-0.3) for time in at]
+        rates = [imc.AngularVelocity(timestamp=time, y=-0.1) for time in at]
+        depths = [imc.Depth(timestamp=time, value=30.0) for time in at]
+        clock = StallingClock(round(START * 1e9), [(4.95, stall)])
+        options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "ascent_delay": 20.0, "required_messages": []}
+        run = guarded(*angles, *rates, *depths, seconds=160.0 + stall, clock=clock, **options)
+        sent = run.of(imc.SetThrusterActuation)
+        changes = [sent[0], *(after for before, after in pairwise(sent) if after.value != before.value)]
+        return [m.timestamp - run.vehicle.start_time - stall for m in changes], [m.value for m in changes]
+
+    times, thrusts = attempts(600.0)
+    usual_times, usual_thrusts = attempts(0.0)
+    assert thrusts == usual_thrusts == pytest.approx([0.6, -0.6, 0.0, 0.6, -0.6, 0.0])
+    assert times == pytest.approx(usual_times, abs=1.0)
 
 
 def test_the_motor_stops_at_the_surface_where_a_depth_drifts_on_that_it_does_not_change():
