@@ -95,5 +95,6 @@ class PowerDips:
         least = GENTLE - GRAVITY * (self._longest + SPIN_UP)
         lead = (DESCENT - least) / CHANGE + SPARE
         possible = least >= -FASTEST_RISE and interval - self._longest - lead >= LEAST_DESCENT
-        expected = since <= MISSED * interval and interval - since % interval < lead
-        return least if possible and expected else DESCENT
+        if not possible or since > MISSED * interval:  # two losses at the same time have no interval
+            return DESCENT
+        return least if interval - since % interval < lead else DESCENT

@@ -51,3 +51,7 @@ def test_what_feels_its_weight_without_power_stands_on_the_ground(force, stands)
     assert not any(dips.stands(11.0 + 0.1 * i, GRAVITY) for i in range(9))
     dips.receive(12.0, powered=False)
     assert [dips.stands(12.0 + 0.1 * i, force) for i in range(3)] == [False, False, stands]
+
+
+def test_losses_at_the_same_time_have_no_interval_to_expect_the_next_after():
+    assert fail(10.0, 10.0, length=0.0).urgent_descent(10.0) == BLIND_DESCENT
