@@ -17,7 +17,8 @@ DEEPEST = 2  # imports from the module of a task
 def publishing_sections(profile: Profile, names: Collection[str]) -> dict[str, list[str]]:
     """For each name the enabled sections whose task creates an object of it, such as a message; none without any.
 
-    What a task creates is read from its source: a task declares what it subscribes to, not what it publishes.
+    What a task creates is read from its source: a task declares what it subscribes to, not what it publishes. A module
+    without source counts as one that creates nothing.
     """
     selected = split_list(profile.config.value("General", "Selected"))
     found: dict[str, list[str]] = {}
@@ -60,7 +61,10 @@ def _created_by(cls: type[Task], modules: dict[str, _Module]) -> set[str]:
 
 def _read(name: str) -> _Module:
     path = getattr(sys.modules.get(name), "__file__", None)
-    nodes = list(ast.walk(ast.parse(Path(path).read_text(encoding="utf-8")))) if path is not None else []
+    try:
+        nodes = list(ast.walk(ast.parse(Path(path).read_bytes()))) if path is not None else []
+    except (OSError, ValueError, SyntaxError):  # a module without source, such as a compiled one
+        nodes = []
     imports = [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
     called = {_called(node.func) for node in nodes if isinstance(node, ast.Call)}
     return _Module(called, [module for module in imports if module.startswith(FOLLOWED)])
