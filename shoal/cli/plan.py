@@ -26,7 +26,7 @@ from shoal.cli.vehicle_selection import (
     run_on_selection,
     vehicles_argument,
 )
-from shoal.network import AsyncRemoteVehicle, NoAnswer, PlanEstimate, PlanOutcome, Refused, format_percent
+from shoal.network import AsyncRemoteVehicle, NoAnswer, PlanEstimate, PlanOutcome, Refused, VehicleLost, format_percent
 from support.file_errors import add_path_to_errors
 from support.terminal_text import printable
 
@@ -106,7 +106,7 @@ def plan(
 
     async def put(there: AsyncRemoteVehicle, what: imc.PlanSpecification) -> PlanEstimate:
         await there.plan.put(what)
-        with suppress(NoAnswer):
+        with suppress(NoAnswer, VehicleLost):  # it is stored all the same
             return await there.plan.estimate(what.plan_id)
         return PlanEstimate()
 

@@ -149,12 +149,13 @@ class AsyncRemotePlans:
             answer = await network.request(system, request, (imc.PlanControl,), lambda m: self._answer(m, request))
             if answer.type == Type.FAILURE:
                 raise await self._refused(name, answer.info)
+            began = time.monotonic()
             estimate = await self._estimate(answer.arg)
             if estimated is not None:
                 estimated(estimate)
             if not wait:
                 return None
-            began, over, words, flown = time.monotonic(), 0.0, "", False
+            over, words, flown = 0.0, "", False
             while True:
                 try:
                     _, message = await listener.next(GRACE)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import imc
+from shoal.network import NoAnswer, PlanOutcome
 from shoal.network.plans import MOST_LATE, AsyncRemotePlans
 
 ID, CONSOLE = 0x001A, 0x4101
@@ -59,3 +60,31 @@ def test_a_report_of_the_instant_of_the_answer_is_no_status() -> None:
 def test_a_clock_that_was_set_back_does_not_keep_the_status_waiting() -> None:
     old = [report("now", 1.0 + n) for n in range(MOST_LATE + 1)]
     assert stopped(report("before", 0.5), *old, answered=1e9) is old[-1]
+
+
+class WithoutBattery(Told):
+    """A vehicle that reports no battery, and whose plan ends while somebody waits for that."""
+
+    def subscribe(self, *_: object) -> None: ...
+
+    def listen(self, *_: object) -> "WithoutBattery":
+        return self
+
+    def close_listener(self, _: object) -> None: ...
+
+    async def next_message(self, *_: object, **__: object) -> imc.PlanControlState:
+        await asyncio.sleep(0.3)
+        raise NoAnswer("no FuelLevel")
+
+    async def next(self, _: float) -> tuple[object, imc.PlanControl]:
+        op, kind = imc.PlanControl.Op.START, imc.PlanControl.Type.SUCCESS
+        return None, imc.PlanControl(op=op, type=kind, request_id=7, src=ID, dst=CONSOLE, info="plan completed")
+
+
+def test_the_time_of_a_plan_begins_when_it_is_accepted() -> None:
+    """Not when the charge of the battery is known."""
+    system = SimpleNamespace(id=ID, age=0.1, latest_message=lambda _: None)
+    outcome = asyncio.run(AsyncRemotePlans(WithoutBattery(5.0), system).start("dive"))
+    assert isinstance(outcome, PlanOutcome)
+    assert (outcome.plan, outcome.completed, outcome.reason) == ("dive", True, "plan completed")
+    assert outcome.seconds >= 0.3
