@@ -43,6 +43,8 @@ class NoiseDensity:
         That stability B is the minimum of the Allan deviation, here at τ = T/3. Up to 5 τ the deviation stays within
         15 %, like the flicker noise of a real device, and the bias stays within a standard deviation of 1.8 B.
         """
+        if stability == 0.0:
+            return cls(white, 0.0)
         ratio, memory = _ratios_of_a_minimum(1.0 / MEMORY)
         return cls(white, ratio * stability**2 / white, memory * (white / stability) ** 2)
 

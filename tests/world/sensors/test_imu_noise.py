@@ -119,6 +119,12 @@ def test_the_bias_of_a_part_stays_within_twice_the_stability_of_the_data_sheet(p
         assert np.std(after) > 0.5 * stability
 
 
+def test_a_sensor_without_bias_instability_has_white_noise_only():
+    density = NoiseDensity.from_bias_stability(1e-3, 0.0)
+    assert density == NoiseDensity(1e-3, 0.0)
+    assert (density.settling_time, density.sample_sigmas(0.01)) == (math.inf, pytest.approx((0.01, 0.0)))
+
+
 def test_the_bias_keeps_its_spread_at_any_interval():
     """Steps of the exact discrete process: a hundred short ones spread as much as one long one."""
     density = IMU_PARTS["ADIS16448"].gyroscope.density
