@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import glob
 import os
 import secrets
 import shutil
@@ -11,6 +12,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from support.file_errors import add_path_to_errors
+
+STALE = 3600.0  # s; a temporary file of this age belongs to a program that was killed, or to a power cut
 
 
 def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
@@ -33,6 +36,7 @@ def replace_file(path: Path, mode: int | None = None, *, durable: bool = True) -
         with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode or 0o666), "wb") as file:
             if mode is not None:
                 os.chmod(part, mode)
+            _remove_stale_parts(path, os.fstat(file.fileno()).st_mtime)
             yield file
         if durable:
             _commit(part, path)
@@ -45,6 +49,14 @@ def replace_file(path: Path, mode: int | None = None, *, durable: bool = True) -
     finally:
         with contextlib.suppress(OSError):
             part.unlink()
+
+
+def _remove_stale_parts(path: Path, now: float) -> None:
+    """Remove the temporary files that earlier programs have left beside a file, at a time of its file system (s)."""
+    for part in path.parent.glob(f"{glob.escape(path.name)}.{'[0-9a-f]' * 8}.part"):
+        with contextlib.suppress(OSError):
+            if now - part.stat().st_mtime > STALE:
+                part.unlink()
 
 
 def _commit(part: Path, path: Path) -> None:

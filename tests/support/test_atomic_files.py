@@ -85,6 +85,21 @@ def test_two_may_replace_a_file_at_once(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_what_a_killed_program_has_left_is_removed_after_an_hour(tmp_path):
+    path = tmp_path / "a[1].imc"
+    code = "import os, sys; from pathlib import Path; from support.atomic_files import replace_file\n"
+    code += "with replace_file(Path(sys.argv[1])) as file: file.write(b'half'); file.flush(); os._exit(9)"
+    for _ in range(2):
+        assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == 9
+    old, recent = tmp_path.iterdir()
+    os.utime(old, (0.0, old.stat().st_mtime - 3700.0))
+    other = tmp_path / "a1.imc.0123abcd.part"
+    other.write_bytes(b"of another file")
+    os.utime(other, (0.0, 0.0))
+    write_file(path, b"new")
+    assert set(tmp_path.iterdir()) == {path, recent, other}
+
+
 def test_an_error_of_another_file_keeps_its_name(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(b"old")
