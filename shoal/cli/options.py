@@ -139,7 +139,7 @@ def require_text(_: click.Context, __: click.Parameter, text: str | None) -> str
 
 
 def check_vehicle_log_folder(vehicle: Vehicle) -> None:
-    """Reject to run a vehicle that is to record where nothing can be written. Raises click.BadParameter."""
+    """Reject a run that is to record where nothing can be written. Raises click.BadParameter."""
     if any(isinstance(task, Logging) for task in vehicle.tasks):
         check_log_folder(vehicle.log_root / vehicle.name)
 
