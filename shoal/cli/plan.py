@@ -198,7 +198,8 @@ def _finite(value: float) -> float | None:
 def _show(action: str, name: str, found: Any, output: Path | None, as_json: bool, say: Say) -> None:
     if isinstance(found, PlanOutcome):
         say(printable(f"{found.plan}: {found.reason}, after {found.seconds:.0f} s"))
-        say(f"energy: {format_percent(found.energy_used)} of the battery used")
+        unknown = math.isnan(found.energy_used)
+        say(f"energy: {'unknown' if unknown else f'{format_percent(found.energy_used)} of the battery used'}")
     elif isinstance(found, imc.PlanControlState):
         say(format_plan_state(found))
     elif isinstance(found, imc.PlanSpecification):

@@ -31,8 +31,10 @@ class PlanEstimate:
     def describe(self) -> str:
         """The estimate on one line."""
         seconds = f"{self.seconds:.0f} s" if math.isfinite(self.seconds) else "unknown"
-        energy = f"energy {format_percent(self.energy)} of the battery"
-        return f"estimated time {seconds}, {energy}, which has {format_percent(self.battery)}"
+        energy, battery = format_percent(self.energy), format_percent(self.battery)
+        if math.isnan(self.energy + self.battery):
+            return f"estimated time {seconds}, energy {energy}, charge of the battery {battery}"
+        return f"estimated time {seconds}, energy {energy} of the battery, which has {battery}"
 
 
 def format_percent(value: float) -> str:

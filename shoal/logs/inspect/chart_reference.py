@@ -33,4 +33,7 @@ def read_chart_reference(log: Path) -> ChartReference | None:
     name = profile.value(SECTION, OPTION).strip() if profile is not None else ""
     if profile is None or not find_chart_suffix(name):
         return None
-    return ChartReference(name, profile.find_file(SECTION, OPTION).is_file())
+    try:
+        return ChartReference(name, profile.find_file(SECTION, OPTION).is_file())
+    except OSError:  # no file can have this name, or its folder cannot be read
+        return ChartReference(name, False)

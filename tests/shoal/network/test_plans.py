@@ -1,11 +1,12 @@
 """What the plan engine does, told by reports that overtake answers."""
 
 import asyncio
+import math
 from types import SimpleNamespace
 from typing import Any
 
 import imc
-from shoal.network import NoAnswer, PlanOutcome
+from shoal.network import NoAnswer, PlanEstimate, PlanOutcome
 from shoal.network.plans import MOST_LATE, AsyncRemotePlans
 
 ID, CONSOLE = 0x001A, 0x4101
@@ -88,3 +89,12 @@ def test_the_time_of_a_plan_begins_when_it_is_accepted() -> None:
     assert isinstance(outcome, PlanOutcome)
     assert (outcome.plan, outcome.completed, outcome.reason) == ("dive", True, "plan completed")
     assert outcome.seconds >= 0.3
+
+
+def test_an_estimate_names_what_is_unknown() -> None:
+    assert (
+        PlanEstimate(61.2, 3.0, 80.0).describe() == "estimated time 61 s, energy 3.0 % of the battery, which has 80.0 %"
+    )
+    assert PlanEstimate().describe() == "estimated time unknown, energy unknown, charge of the battery unknown"
+    text = "estimated time 5 s, energy unknown, charge of the battery 80.0 %"
+    assert PlanEstimate(5.0, math.nan, 80.0).describe() == text
