@@ -62,7 +62,7 @@ def check(
             problems += profile.file_problems
             selected = profile.parse_modes(profiles) if profiles else None
             problems = find_problems(profile, known, selected, find_task)
-            problems += [each for each in _build_problems(profile, selected) if each not in problems]
+            problems += _further(_build_problems(profile, selected), problems)
             problems += _mavlink_id_conflict(profile, speakers, together=bool(names))
         except ProfileError as error:
             problems += error.problems
@@ -82,6 +82,16 @@ def check(
     if wrong_use:
         sys.exit(WRONG_USE)
     sys.exit(1 if counts["error"] or (strict and counts["warning"]) else 0)
+
+
+def _further(found: list[Problem], known: list[Problem]) -> list[Problem]:
+    """The problems that are not known: building reports the errors of values again, in other words."""
+    lines = {(each.file, each.line) for each in known if each.severity == "error" and each.line}
+    return [
+        each
+        for each in found
+        if each not in known and not (each.severity == "error" and (each.file, each.line) in lines)
+    ]
 
 
 def _build_problems(profile: Profile, chosen: Collection[str] | None) -> list[Problem]:

@@ -188,6 +188,14 @@ def test_a_mistake_in_a_shared_section_is_told_once(shoal, tmp_path):
     assert result.output.endswith("\n1 error\n")
 
 
+def test_a_wrong_value_is_reported_once_beside_other_mistakes(shoal, tmp_path):
+    values = "[Transports.UDP]\nLocal Port = 99999999\n[Nothing.Known]\nEnabled = Always\n"
+    (tmp_path / "mine.ini").write_text(f"[Require lauv-noptilus-1.ini]\n{values}")
+    lines = shoal("check", "mine").output.splitlines()
+    assert [line.partition(": error: ")[0] for line in lines[:-1]] == ["mine.ini:3", "mine.ini:4"]
+    assert lines[-1] == "2 errors"
+
+
 def test_explain_lists_the_options_of_a_shared_section(shoal, tmp_path):
     (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n[World]\nGilders = 1 2\nTide Level = 0.5\n")
     rows = {line.split("  ")[0]: line for line in shoal("explain", "mine", "World").output.splitlines()}
