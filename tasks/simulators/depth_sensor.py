@@ -20,13 +20,13 @@ class DepthSensor(TrueStateSensorTask):
     @periodic("execution_frequency")
     def measure(self) -> None:
         noise = self.standard_deviation * self.random.standard_normal()
-        if self._truth is not None:
-            time, z = self._truth.timestamp, self._truth.z + noise
+        if (truth := self.true_state()) is not None:
+            time, z = truth.timestamp, truth.z + noise
             pressure = self.surface_pressure + PASCAL * self.water_density * GRAVITY * z
             self.publish(imc.Depth(timestamp=time, value=max(0.0, z)), keep_time=True)
             self.publish(imc.Pressure(timestamp=time, value=pressure), keep_time=True)
 
     @periodic(1.0)
     def measure_temperature(self) -> None:
-        if self._truth is not None:
-            self.publish(imc.Temperature(timestamp=self._truth.timestamp, value=self.water_temperature), keep_time=True)
+        if (truth := self.true_state()) is not None:
+            self.publish(imc.Temperature(timestamp=truth.timestamp, value=self.water_temperature), keep_time=True)

@@ -82,7 +82,7 @@ class DVL(TrueStateSensorTask):
         draws: list[float] = self.random.standard_normal(6).tolist()
         invalid = self.random.random() * 100.0 < self.invalid_reading_probability
         further: list[float] = self.random.standard_normal(BEAMS).tolist() if self.beams else []
-        truth = self._truth
+        truth = self.true_state()
         if truth is not None and self.age(truth.timestamp) > OLDEST:
             self._truth = truth = None
             self.report_state(State.FAULT, "no recent SimulatedState")

@@ -95,7 +95,7 @@ class Environment(TrueStateSensorTask):
     @periodic("execution_frequency")
     def measure_distances(self) -> None:
         bottom_noise, forward_noise = self.random.standard_normal(2).tolist()
-        truth = self._truth
+        truth = self.true_state()
         if truth is None:
             return
         if self._origin != (truth.lat, truth.lon):

@@ -49,7 +49,7 @@ class Gaussian(TrueStateSensorTask):
 
     @periodic("execution_frequency")
     def measure_gaussian_field(self) -> None:
-        truth, noise = self._truth, self.standard_deviation * self.random.standard_normal()
+        truth, noise = self.true_state(), self.standard_deviation * self.random.standard_normal()
         if truth is None:
             return
         if self._origin != (truth.lat, truth.lon):
