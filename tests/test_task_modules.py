@@ -29,7 +29,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
     "tasks.maneuver.station_control": (("pop_up", "station_keeping"), "staying at a place in the water"),
     "tasks.simulators.powered_device": (("motor", "servos", "uav", "vsim"), "what a battery does to actuators"),
     "tasks.simulators.true_state_sensor": (
-        ("depth_sensor", "dvl", "environment", "gaussian"),
+        ("barometer", "depth_sensor", "dvl", "environment", "gaussian"),
         "the true state that sensors measure",
     ),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),

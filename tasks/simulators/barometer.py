@@ -3,8 +3,8 @@
 import math
 
 import imc
-from runtime import State, Task, consume, param, periodic
-from tasks.simulated_world import INVALID_TRUTH, is_valid_truth
+from runtime import param, periodic
+from tasks.simulators.true_state_sensor import TrueStateSensorTask
 
 SEA_LEVEL_TEMPERATURE = 288.15  # K
 ICE_POINT = 273.15  # K
@@ -23,7 +23,7 @@ def pressure_at(height: float, sea_level: float) -> float:
     return sea_level * (temperature_at(height) / SEA_LEVEL_TEMPERATURE) ** EXPONENT
 
 
-class Barometer(Task):
+class Barometer(TrueStateSensorTask):
     """Measures the standard atmosphere: temperature, and pressure with white noise and a drift like the weather's."""
 
     execution_frequency: float = param(20.0, "Hz", "Rate of Pressure.", minimum=0.1, maximum=1000)
@@ -33,32 +33,24 @@ class Barometer(Task):
     drift_time_constant: float = param(600.0, "s", "Time constant of the drift.", minimum=1)
 
     def start(self) -> None:
-        self._truth: imc.SimulatedState | None = None
         self._wander = self.random.standard_normal()
-        self.set_entity_state(State.BOOT, "waiting for SimulatedState")
-
-    @consume
-    def update_truth(self, truth: imc.SimulatedState) -> None:
-        self._truth = truth if is_valid_truth(truth) else None
-        if self._truth is None:
-            self.set_entity_state(State.FAULT, INVALID_TRUTH)
+        super().start()
 
     @periodic("execution_frequency")
     def measure(self, periods: int) -> None:
         keep = math.exp(-periods / (self.execution_frequency * self.drift_time_constant))
         fresh, noise = self.random.standard_normal(2).tolist()
         self._wander = keep * self._wander + math.sqrt(1.0 - keep * keep) * fresh
-        truth = self._truth
+        truth = self.true_state()
         if truth is None:
             return
         true = pressure_at(truth.height - truth.z, self.sea_level_pressure)
         value = true + self.standard_deviation * noise + self.drift * self._wander
         self.publish(imc.Pressure(timestamp=truth.timestamp, value=value), keep_time=True)
-        self.set_entity_state(State.NORMAL, "active")
 
     @periodic(1.0)
     def measure_temperature(self) -> None:
-        truth = self._truth
+        truth = self.true_state()
         if truth is not None:
             value = temperature_at(truth.height - truth.z) - ICE_POINT
             self.publish(imc.Temperature(timestamp=truth.timestamp, value=value), keep_time=True)
