@@ -81,7 +81,9 @@ def test_each_vehicle_is_named_in_what_comes_of_it(both: object, tmp_path: Path)
     flown = shoal("plan", f"{SECOND},{NAME}", "start", "pause")
     assert flown.exit_code == 0, flown.output
     assert {line.partition(",")[0] for line in flown.stdout.splitlines()} == {
-        f"{name}: pause: plan completed" for name in (NAME, SECOND)
+        f"{name}: {text}"
+        for name in (NAME, SECOND)
+        for text in ("pause: plan completed", "energy: 0.0 % of the battery used")
     }
     heard = lines_of("spy", "*", "VehicleState", "--count", 2, "--json")
     assert sorted(line["vehicle"] for line in heard) == [NAME, NAME, SECOND, SECOND]
