@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
 import imc
 from autonomy.control import EchoClass, EnabledLoops, classify_echo
@@ -59,8 +60,8 @@ class Brakes(Task):
         before, self._state = self._state, state
         while self._echoes:
             echo = self._echoes.popleft()
-            if before is not None and all(abs(s.timestamp - echo.timestamp) <= STALE for s in (before, state)):
-                self._judge(echo, before, state)
+            around = [s for s in (before, state) if s is not None and abs(s.timestamp - echo.timestamp) <= STALE]
+            self._judge(echo, around)
 
     @consume
     def keep_echo(self, distance: imc.Distance) -> None:
@@ -73,13 +74,18 @@ class Brakes(Task):
             return
         self._echoes.append(distance)
 
-    def _judge(self, distance: imc.Distance, *states: imc.EstimatedState) -> None:
-        """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release."""
+    def _judge(self, distance: imc.Distance, states: Sequence[imc.EstimatedState]) -> None:
+        """Judge an echo: enough near obstacles in a row brake, enough clear echoes in a row release.
+
+        A far echo is clear wherever the sonar pointed; a near one is an obstacle only with states on both sides.
+        """
         slope, half = math.radians(self.steepest_slope), 0.5 * math.radians(self.beam_width)
         found = {classify_echo(distance.value, s.depth, s.alt, s.theta, half, slope, _arm(distance)) for s in states}
         far = distance.value > self.minimum_range + self.range_hysteresis
+        if len(states) < 2:
+            found.discard(EchoClass.OBSTACLE)
         self._near = self._near + 1 if found == {EchoClass.OBSTACLE} and distance.value < self.minimum_range else 0
-        self._clear = self._clear + 1 if far or found == {EchoClass.BOTTOM} else 0
+        self._clear = self._clear + 1 if far or EchoClass.BOTTOM in found else 0
         if self._braked is None and self._near >= self.samples:
             self._braked = self.now
             self.log.warning(f"obstacle {distance.value:.1f} m ahead: braking")
