@@ -15,10 +15,14 @@ BUFFER = 4 << 20  # bytes
 def bound_socket(address: str, port: int) -> socket.socket:
     """A socket at an address of this computer, 0.0.0.0 for all. Raises OSError if the port is taken."""
     one = bind_udp_socket(address, port, BUFFER)
-    enable_icmp_errors(one)
-    if address == EVERYWHERE:
-        one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+    try:
+        enable_icmp_errors(one)
+        if address == EVERYWHERE:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            one.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+    except OSError:
+        one.close()
+        raise
     return one
 
 
