@@ -19,7 +19,7 @@ def test_the_site_builds_with_strict_links(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     pages = {path.relative_to(tmp_path / "site").as_posix(): path for path in (tmp_path / "site").rglob("*.html")}
     assert {"index.html", "tutorial.html", "from-dune.html", "reference/runtime.kernel.html"} <= set(pages)
-    assert 'id="runtime.kernel.Kernel.schedule_timer"' in pages["reference/runtime.kernel.html"].read_text()
+    assert 'id="runtime.kernel.EventQueue.schedule_timer"' in pages["reference/runtime.kernel.html"].read_text()
     outside = [
         name for name, path in pages.items() if re.search(r'(?:src|href)="(?:https?:)?//fonts', path.read_text())
     ]

@@ -78,7 +78,7 @@ def test_a_clock_that_jumps_changes_nothing(body, jump):
     assert boat.wait(boat.outcome) == "SUCCESS", "\n".join(boat.texts())
     times = [state.timestamp for state in boat.said[imc.EstimatedState]]
     assert times == sorted(times)
-    assert max(b - a for a, b in pairwise(times)) < 5.0
+    assert max(b - a for a, b in pairwise(times)) < 8.0  # the clock's 4 s, and a busy machine
 
 
 @pytest.mark.heavy
