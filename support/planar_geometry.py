@@ -1,6 +1,8 @@
 """Directions and offsets in the horizontal plane: directions (rad) clockwise from north."""
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 from support.rotations import wrap
 
@@ -22,3 +24,11 @@ def north_and_east(along: float, across: float, direction: float) -> Point:
     """The offset or velocity with these parts in a direction, and to starboard of it."""
     c, s = math.cos(direction), math.sin(direction)
     return c * along - s * across, s * along + c * across
+
+
+def remaining_distances(points: Sequence[Point]) -> list[float]:
+    """Distance (m) from each point along the next ones to the last."""
+    left = [0.0]
+    for here, after in pairwise(reversed(points)):
+        left.append(left[-1] + math.dist(here, after))
+    return left[::-1]

@@ -70,19 +70,26 @@ class CompassCalibration(Maneuver):
                 self._sample(event)
             elif event is self.path and self.path is not None:
                 if not self.path.flags & PathState.LOITERING and self._turns is None:
-                    self.report_time_left(after=order.duration)
+                    self.report_time_left(after=min(order.duration or math.inf, self._turns_time()))
                     continue
                 self._begin_turns(order)
                 if self._turns is not None and order.duration:
                     end = min(end, self.now + order.duration)
-                self.report_progress(end - self.now)
+                self.report_progress(min(end - self.now, self._turns_time()))
             elif isinstance(event, imc.EstimatedState):
                 self._turn(event)
         self._tell()
 
     def _is_over(self, end: float) -> bool:
-        turned = 0.0 if self._turns is None else abs(self._turns.turned)
-        return self.now >= end or turned > self.number_of_turns * math.tau
+        return self.now >= end or self._angle_left() < 0.0
+
+    def _angle_left(self) -> float:
+        """Angle (rad) of the turns that are left."""
+        return self.number_of_turns * math.tau - (0.0 if self._turns is None else abs(self._turns.turned))
+
+    def _turns_time(self) -> float:
+        """Time (s) that they take; infinite if the speed is unknown."""
+        return self._leg.duration(self._angle_left() * self._radius)
 
     def _begin_turns(self, order: imc.CompassCalibration) -> None:
         """Begin to go up and down when the circle is reached, and to count when that is between the two depths."""

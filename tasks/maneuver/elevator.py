@@ -24,7 +24,7 @@ class Elevator(Maneuver):
         e, here = elevator, elevator.flags & imc.Elevator.Flags.CURR_POS
         leg = PathEnd(e.lat, e.lon, e.end_z, e.end_z_units, e.speed, e.speed_units)
         if not here:
-            await self.go_to_end(leg._replace(z=e.start_z, z_units=e.start_z_units))
+            await self.go_to_end(leg._replace(z=e.start_z, z_units=e.start_z_units), after=math.inf)
         await spiral(
             self,
             leg,

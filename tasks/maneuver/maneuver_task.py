@@ -49,6 +49,11 @@ class PathEnd(NamedTuple):
         """From the fields of a maneuver that has them all."""
         return cls(*(getattr(maneuver, name) for name in cls._fields))
 
+    def duration(self, distance: float) -> float:
+        """Time (s) for a distance (m) at this speed; infinite where the speed is no number of m/s."""
+        known = self.speed_units == imc.SpeedUnits.METERS_PS and self.speed > 0.0
+        return distance / self.speed if known else math.inf
+
 
 class Maneuver(Task):
     """A maneuver: its message starts `execute`, and it is done when `execute` returns.
@@ -155,7 +160,7 @@ class Maneuver(Task):
     async def go_to_end(
         self, leg: PathEnd, *, flags: int = 0, info: str = "", after: float = 0.0, judged: bool = True
     ) -> None:
-        """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s).
+        """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s), infinite if unknown.
 
         A leg that is `judged` must end at its depth, else `check_depth` reports it.
         """

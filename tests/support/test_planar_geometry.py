@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from support.planar_geometry import along_and_across, bearing, north_and_east
+from support.planar_geometry import along_and_across, bearing, north_and_east, remaining_distances
 
 meters, angles = st.floats(-1e5, 1e5), st.floats(-7.0, 7.0)
 
@@ -27,6 +27,11 @@ def test_the_way_back_gives_the_same_offset_and_length(north: float, east: float
     along, across = along_and_across(north, east, direction)
     assert math.hypot(along, across) == pytest.approx(math.hypot(north, east), abs=1e-9)
     assert north_and_east(along, across, direction) == pytest.approx((north, east), abs=1e-9)
+
+
+def test_distances_that_remain_along_points():
+    assert remaining_distances([(0.0, 0.0), (3.0, 4.0), (3.0, 10.0)]) == [11.0, 6.0, 0.0]
+    assert remaining_distances([(1.0, 1.0)]) == [0.0]
 
 
 @given(meters, meters, angles)

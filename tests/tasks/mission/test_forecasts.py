@@ -28,11 +28,15 @@ SECONDS = METERS = 0.2  # relative; legs are a little shorter than planned, corn
 ENERGY = 0.25
 LEAST = {"s": 12.0, "m": 15.0, "Wh": 0.5}
 OF_CARAVEL = 2.0  # Wh, which it needs to get under way
+LONG, PROGRESS = 60.0, 30.0  # s of a plan, and % by which its progress may be off
 OFF = 12.0  # m from the end, and the radius of a circle
 
 
 class Flown(NamedTuple):
-    """A plan that was flown: its forecast, and the duration, length and end of its last maneuver."""
+    """A plan that was flown: its forecast, and the duration, length and end of its last maneuver.
+
+    `progress` is each time (s since the plan began) and the progress (%) that was reported then.
+    """
 
     report: Report
     forecast: PlanForecast
@@ -41,6 +45,7 @@ class Flown(NamedTuple):
     meters: float
     watt_hours: float
     end: LatLon
+    progress: list[tuple[float, float]]
 
 
 def place(north, east):
@@ -57,7 +62,7 @@ def fly(profile, plan, seconds=900.0):
         made = prepare(profile, overrides=overrides, seed=1, log_root=root / "log", state_folder=root / "db")
         vehicle = made.vehicle
         mission = Mission(vehicle, plan)
-        forecasts, track, power, voltage = [], [], [], []
+        forecasts, track, power, voltage, progress = [], [], [], [], []
         engine = next(task for task in vehicle.tasks if task.name == "Plan.Engine")
 
         def keep_forecast(statistics):
@@ -72,7 +77,12 @@ def fly(profile, plan, seconds=900.0):
             if mission.report.states[-1:] == ["EXECUTING"]:
                 power.append(voltage[-1] * m.value)
 
+        def note_progress(m):
+            if m.state == imc.PlanControlState.State.EXECUTING:
+                progress.append((m.timestamp, m.plan_progress))
+
         vehicle.observe(imc.PlanStatistics, keep_forecast)
+        vehicle.observe(imc.PlanControlState, note_progress)
         vehicle.observe(imc.SimulatedState, note_position)
         vehicle.observe(imc.Voltage, lambda m: voltage.append(m.value))
         vehicle.observe(imc.Current, note_power)
@@ -81,7 +91,9 @@ def fly(profile, plan, seconds=900.0):
     legs = (displacement(*a, 0.0, *b, 0.0)[:2] for a, b in pairwise(track))
     meters = math.fsum(math.hypot(*leg) for leg in legs)
     mean = math.fsum(power) / len(power)
-    return Flown(report, *forecasts[-1], report.legs[-1].seconds, meters, report.seconds * mean / 3600.0, track[-1])
+    energy = report.seconds * mean / 3600.0
+    since_start = [(time - progress[0][0], percent) for time, percent in progress]
+    return Flown(report, *forecasts[-1], report.legs[-1].seconds, meters, energy, track[-1], since_start)
 
 
 def common(z, speed):
@@ -161,6 +173,9 @@ def test_a_forecast_is_like_the_flight(profile, _, before, maneuver, radius):
     assert flown.watt_hours == pytest.approx(flown.forecast.energy / 3600.0, rel=ENERGY, abs=least)
     assert expected.end is not None
     assert math.hypot(*displacement(*expected.end, 0.0, *flown.end, 0.0)[:2]) <= radius + OFF
+    if flown.progress[-1][0] > LONG:
+        off = [(at, percent - 100.0 * at / flown.progress[-1][0]) for at, percent in flown.progress]
+        assert max(abs(each) for _, each in off) < PROGRESS, off[:: max(1, len(off) // 40)]
     is_too_short = isinstance(maneuver, imc.CompassCalibration) and maneuver.duration < 100  # for a whole circle
     assert flown.report.completed is not is_too_short, flown.report.reason
 
