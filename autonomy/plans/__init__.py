@@ -8,7 +8,7 @@ from autonomy.plans.duration_energy_forecast import (
     forecast_totals,
     format_tuple_list,
 )
-from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver
+from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver, waypoints
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations, is_airborne
 from autonomy.plans.preflight import Preflight, PreflightOptionError
@@ -49,4 +49,5 @@ __all__ = [
     "sequential_plan",
     "sequential_transitions",
     "value_range_violations",
+    "waypoints",
 ]

@@ -30,6 +30,7 @@ COMMANDS = {
     "plan": ("shoal.cli.plan", "List, transfer, start and stop the plans of a running vehicle."),
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),
     "link": ("shoal.cli.link_diagnosis", "Diagnose the connection to a vehicle: traffic both ways, drops, fixes."),
+    "console": ("shoal.cli.console", "Show all vehicles in the browser, and command them."),
     "abort": ("shoal.cli.abort", "Send Abort to a running vehicle, and wait for confirmation."),
     "log": ("shoal.cli.log", "Show, fetch, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),
@@ -43,7 +44,7 @@ COMMANDS = {
 
 GROUPS = {
     "Run and simulate": ("run", "mission", "test", "campaign", "fleet"),
-    "Reach running vehicles": ("ls", "spy", "record", "send", "plan", "param", "link", "abort"),
+    "Reach running vehicles": ("console", "ls", "spy", "record", "send", "plan", "param", "link", "abort"),
     "Use logs": ("log", "replay", "resim", "rewind"),
     "Look up and check": ("check", "explain", "tasks", "message"),
     "Create and install": ("new", "service", "export"),

@@ -1,0 +1,61 @@
+"""`shoal console`: the page in the browser for all vehicles that are reached."""
+
+import asyncio
+import signal
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import click
+
+import imc
+from shoal.cli.messages_option import messages_option
+from shoal.cli.optional_extra import require_extra
+from shoal.cli.remote_command import network_options, run_on_network
+from shoal.network import Network
+from support.file_errors import describe_os_error
+from support.terminal_text import printable
+
+PORT = 8080
+STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+@click.command()
+@click.option("--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0 takes a free one.")
+@click.option(
+    "--tiles",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="Map tiles: a folder with .mbtiles and .pmtiles files.",
+)
+@click.option("--open", "opens", is_flag=True, help="Open the page in the browser of this computer.")
+@messages_option
+@network_options
+def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, connection: dict[str, Any]) -> None:
+    """Show all vehicles on the network in the browser: map, states, log book, plots, plans, parameters, Abort.
+
+    Prints a link that logs in once. The page is served to this computer only. Ctrl-C ends.
+    """
+    with require_extra("console"):
+        from shoal.console import ConsoleServer  # a web server: not installed everywhere
+
+    async def act(network: Network) -> None:
+        try:
+            server = ConsoleServer(network, port, tiles)
+        except OSError as error:
+            reason = describe_os_error(error, f"port {port}")
+            raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
+        for trouble in server.troubles:
+            click.echo(printable(trouble), err=True)
+        stopped = asyncio.Event()
+        for number in STOPPING:
+            with suppress(NotImplementedError):  # Windows
+                asyncio.get_running_loop().add_signal_handler(number, stopped.set)
+        async with server.running():
+            link = server.login_link()
+            click.echo(f"open {link}")
+            if opens:
+                click.launch(link)
+            await stopped.wait()
+
+    run_on_network({**connection, "messages": schema}, act)

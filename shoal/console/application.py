@@ -1,0 +1,213 @@
+"""The web application: page, frames, orders, plans, parameters and tiles."""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable, Collection, Mapping
+from contextlib import suppress
+from importlib.resources import files
+from typing import Any, cast
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+import imc
+from shoal.console.access import Access, LoginError
+from shoal.console.page_feed import PageFeed, Viewer, encode
+from shoal.console.plan_path import plan_path
+from shoal.console.request_guard import RequestGuard
+from shoal.console.tiles import TileSets
+from shoal.console.vehicle_orders import OrderError, carry_out
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError
+from support.terminal_text import printable
+
+COOKIE = "shoal-console"
+MEDIA = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
+MOST_VIEWERS = 32
+UNREAD = 5.0  # s in which a page has to take a frame
+MOST_WORDS = 4096  # bytes of a message of the page
+Answer = Callable[[Request], Awaitable[Response]]
+
+
+class ConsoleApplication:
+    """An ASGI application over a network whose event loop runs it.
+
+    `hosts` are the names, with port, under which a browser reaches it; `libraries` the files of Leaflet and uPlot.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        feed: PageFeed,
+        access: Access,
+        tiles: TileSets,
+        libraries: Mapping[str, bytes],
+        hosts: Collection[str],
+    ) -> None:
+        self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
+        self._files = {name: data for name, data in libraries.items()}
+        self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
+        self._viewers = 0
+        logged_in = self._logged_in
+        routes = [
+            Route("/", self._page),
+            Route("/files/{name}", self._file),
+            Route("/healthz", self._health),
+            Route("/api/login", self._login, methods=["POST"]),
+            Route("/api/order", logged_in(self._order), methods=["POST"]),
+            Route("/api/plans", logged_in(self._plans)),
+            Route("/api/parameters", logged_in(self._parameters)),
+            Route("/api/fields", logged_in(self._fields)),
+            Route("/api/tiles", logged_in(self._tile_sets)),
+            Route("/tiles/{name}/{zoom:int}/{column:int}/{row:int}", logged_in(self._tile)),
+            WebSocketRoute("/frames", self._frames),
+        ]
+        self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts)
+
+    def _logged_in(self, answer: Answer) -> Answer:
+        async def checked(request: Request) -> Response:
+            if not self._access.is_logged_in(request.cookies.get(COOKIE)):
+                return PlainTextResponse("log in first", 401)
+            return await answer(request)
+
+        return checked
+
+    async def _page(self, _: Request) -> Response:
+        return Response(self._files["index.html"], media_type=MEDIA[".html"])
+
+    async def _file(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        data = self._files.get(name)
+        if data is None:
+            return PlainTextResponse("no such file", 404)
+        return Response(data, media_type=MEDIA["." + name.rpartition(".")[2]])
+
+    async def _health(self, _: Request) -> Response:
+        return PlainTextResponse("ok")
+
+    async def _login(self, request: Request) -> Response:
+        words = await _json_object(request)
+        try:
+            secret = self._access.login(words.get("token"))
+        except LoginError as error:
+            return PlainTextResponse(str(error), 403)
+        response = JSONResponse({"ok": True})
+        response.set_cookie(COOKIE, secret, httponly=True, samesite="strict", secure=request.url.scheme == "https")
+        return response
+
+    async def _order(self, request: Request) -> Response:
+        words = await _json_object(request)
+        try:
+            vehicle = self._vehicle(words.get("vehicle"))
+            text = await carry_out(vehicle, str(words.get("order")), words)
+        except (OrderError, NetworkError, ValueError) as error:
+            return _json({"ok": False, "text": printable(str(error))})
+        return _json({"ok": True, "text": printable(text)})
+
+    async def _plans(self, request: Request) -> Response:
+        try:
+            vehicle = self._vehicle(request.query_params.get("vehicle"))
+            name = request.query_params.get("plan")
+            if name is None:
+                return _json({"ok": True, "plans": await vehicle.plan.list()})
+            plan = await vehicle.plan.get(name)
+        except NetworkError as error:
+            return _json({"ok": False, "text": printable(str(error))})
+        return _json({"ok": True, "path": plan_path(plan)})
+
+    async def _parameters(self, request: Request) -> Response:
+        try:
+            vehicle = self._vehicle(request.query_params.get("vehicle"))
+            entity = request.query_params.get("entity")
+            if entity is None:
+                return _json({"ok": True, "entities": sorted(await vehicle.param.entity_ids())})
+            return _json({"ok": True, "values": await vehicle.param.get(entity)})
+        except NetworkError as error:
+            return _json({"ok": False, "text": printable(str(error))})
+
+    async def _fields(self, _: Request) -> Response:
+        """Each number that can be drawn, as Message.field, with its unit."""
+        found: dict[str, str] = {}
+        for name in self._network.messages.types:
+            for info in imc.fields(self._network.messages[name]):
+                if info.type.startswith(("fp", "int", "uint")):
+                    found[f"{name}.{info.name}"] = info.unit
+        return _json(found)
+
+    async def _tile_sets(self, _: Request) -> Response:
+        return _json({"sets": self._tiles.names, "troubles": list(map(printable, self._tiles.troubles))})
+
+    async def _tile(self, request: Request) -> Response:
+        place = request.path_params
+        found = self._tiles.tile(place["name"], place["zoom"], place["column"], place["row"])
+        if found is None:
+            return PlainTextResponse("no such tile", 404)
+        return Response(found[0], media_type=found[1], headers={"Cache-Control": "max-age=3600"})
+
+    async def _frames(self, socket: WebSocket) -> None:
+        if not self._access.is_logged_in(socket.cookies.get(COOKIE)):
+            await socket.close(1008, "log in first")
+            return
+        if self._viewers >= MOST_VIEWERS:
+            await socket.close(1013, f"{MOST_VIEWERS} pages are open")
+            return
+        await socket.accept()
+        viewer = Viewer()
+        self._viewers += 1
+        self._feed.add(viewer)
+        sender = asyncio.create_task(_send_frames(socket, viewer))
+        reader = asyncio.create_task(self._read_words(socket, viewer))
+        try:
+            await asyncio.wait((sender, reader), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._viewers -= 1
+            self._feed.remove(viewer)
+            for task in (sender, reader):
+                task.cancel()
+            await asyncio.gather(sender, reader, return_exceptions=True)
+            with suppress(RuntimeError, WebSocketDisconnect):
+                await socket.close()
+
+    async def _read_words(self, socket: WebSocket, viewer: Viewer) -> None:
+        """The fields that the page draws, whenever it draws others."""
+        while True:
+            text = await socket.receive_text()
+            words = _object(text) if len(text) <= MOST_WORDS else {}
+            fields = words.get("fields")
+            if isinstance(fields, list):
+                self._feed.set_fields(viewer, [each for each in cast(list[object], fields) if isinstance(each, str)])
+
+    def _vehicle(self, name: object) -> AsyncRemoteVehicle:
+        """Raises NetworkError if there is none of this name."""
+        system = self._network.systems.get(name) if isinstance(name, str) else None
+        if system is None or not system.is_vehicle:
+            raise NetworkError("there is no such vehicle")
+        self._network.check_is_there(system)
+        return AsyncRemoteVehicle(self._network, system)
+
+
+async def _send_frames(socket: WebSocket, viewer: Viewer) -> None:
+    while True:
+        frame = await viewer.next()
+        async with asyncio.timeout(UNREAD):
+            await socket.send_text(frame.decode())
+
+
+async def _json_object(request: Request) -> dict[str, object]:
+    return _object((await request.body()).decode(errors="replace"))
+
+
+def _object(text: str) -> dict[str, object]:
+    """The object that a text of JSON is; empty if it is none."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return cast(dict[str, object], found) if isinstance(found, dict) else {}
+
+
+def _json(value: Any) -> Response:
+    return Response(encode(value), media_type="application/json")

@@ -1,0 +1,118 @@
+// The map: vehicles with heading and uncertainty, tracks colored by depth, plans; tiles of the console only.
+import { ask, element } from "./page.js";
+
+const DEPTHS = ["#2b8cbe", "#2ca25f", "#d9a400", "#e6550d", "#a50f15"]; // each 10 m deeper
+const STEP = 10; // m
+const GRATICULE = [10, 5, 2, 1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001]; // degrees
+
+export function makeMap(store) {
+  const L = window.L;
+  if (!L) {
+    element("map").textContent = "Leaflet is not installed (pip install 'shoal[console]'): there is no map.";
+    return { draw: () => {}, resize: () => {} };
+  }
+  const map = L.map("map", { attributionControl: false, preferCanvas: true }).setView([0, 0], 2);
+  L.control.scale({ imperial: false }).addTo(map);
+  const grid = L.layerGroup().addTo(map), plan = L.layerGroup().addTo(map), drawn = L.layerGroup().addTo(map);
+  const shown = new Map(); // vehicle: { marker, circle, track, points }
+  let placed = false;
+
+  const drawGrid = () => {
+    grid.clearLayers();
+    const bounds = map.getBounds();
+    const span = Math.max(bounds.getNorth() - bounds.getSouth(), 1e-6);
+    const step = GRATICULE.find((each) => span / each >= 4) ?? GRATICULE.at(-1);
+    const style = { color: "#7d93a3", weight: 0.6, interactive: false };
+    for (let lat = Math.ceil(bounds.getSouth() / step) * step; lat < bounds.getNorth(); lat += step) {
+      L.polyline([[lat, bounds.getWest()], [lat, bounds.getEast()]], style).addTo(grid);
+    }
+    for (let lon = Math.ceil(bounds.getWest() / step) * step; lon < bounds.getEast(); lon += step) {
+      L.polyline([[bounds.getSouth(), lon], [bounds.getNorth(), lon]], style).addTo(grid);
+    }
+  };
+
+  const drawTrack = (of, track) => {
+    if (of.count === track.length) return;
+    if (of.count > track.length) { of.track.clearLayers(); of.count = 0; }
+    for (let at = Math.max(1, of.count); at < track.length; at += 1) {
+      const color = DEPTHS[Math.min(DEPTHS.length - 1, Math.floor(Math.max(0, track[at][2]) / STEP))];
+      L.polyline([track[at - 1].slice(0, 2), track[at].slice(0, 2)], { color, weight: 2, interactive: false })
+        .addTo(of.track);
+    }
+    of.count = track.length;
+  };
+
+  const draw = () => {
+    for (const [name, vehicle] of Object.entries(store.vehicles)) {
+      const { lat, lon, heading, uncertainty } = vehicle.state ?? {};
+      if (lat === undefined || lat === null) continue;
+      let of = shown.get(name);
+      if (!of) {
+        const icon = L.divIcon({ className: "arrow", html: "<span>▲</span>", iconSize: [22, 22] });
+        of = { marker: L.marker([lat, lon], { icon, alt: name, keyboard: false }).addTo(map), circle: null,
+          track: L.layerGroup().addTo(map), count: 0 };
+        of.marker.bindTooltip(document.createTextNode(name).textContent.replace(/[<>&]/g, "?"));
+        shown.set(name, of);
+      }
+      of.marker.setLatLng([lat, lon]);
+      const arrow = of.marker.getElement()?.firstElementChild;
+      if (arrow) arrow.style.transform = `rotate(${heading ?? 0}deg)`;
+      of.marker.setOpacity(vehicle.system?.there ? 1 : 0.4);
+      if (uncertainty !== null && uncertainty !== undefined) {
+        of.circle ??= L.circle([lat, lon], { radius: 1, color: "#0b57a4", weight: 1, interactive: false }).addTo(map);
+        of.circle.setLatLng([lat, lon]).setRadius(Math.max(0.1, 2 * uncertainty));
+      }
+      drawTrack(of, store.tracks[name] ?? []);
+      if (!placed) { placed = true; map.setView([lat, lon], 16); }
+    }
+    for (const [name, of] of shown) {
+      if (store.vehicles[name]) continue;
+      for (const layer of [of.marker, of.circle, of.track]) layer?.remove();
+      shown.delete(name);
+    }
+  };
+
+  store.showPath = (path) => {
+    plan.clearLayers();
+    const places = path.flatMap((leg) => leg.places);
+    if (places.length > 1) L.polyline(places, { color: "#7b3294", weight: 2, dashArray: "6 4" }).addTo(plan);
+    for (const leg of path) {
+      for (const place of leg.places) {
+        L.circleMarker(place, { radius: 4, color: "#7b3294" }).addTo(plan)
+          .bindTooltip(`${leg.kind} ${leg.z ?? ""} m ${leg.reference}`);
+      }
+    }
+    if (places.length) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 });
+  };
+  store.showDrawn = () => {
+    drawn.clearLayers();
+    if (store.drawn.length) L.polyline(store.drawn, { color: "#c51b7d", weight: 2 }).addTo(drawn);
+    for (const place of store.drawn) L.circleMarker(place, { radius: 4, color: "#c51b7d" }).addTo(drawn);
+  };
+
+  map.on("moveend zoomend", drawGrid);
+  map.on("click", (event) => store.drawing && store.addPoint(event.latlng.lat, event.latlng.lng));
+  map.on("mousemove", (event) => {
+    const { lat, lng } = event.latlng;
+    const here = store.vehicle()?.state;
+    const away = here?.lat ? `, ${map.distance([here.lat, here.lon], event.latlng).toFixed(0)} m from the vehicle` : "";
+    element("cursor").textContent = `${lat.toFixed(6)}°, ${lng.toFixed(6)}°${away}`;
+  });
+
+  let asked = false;
+  const addTiles = async () => {
+    asked = true;
+    const answer = await ask("/api/tiles");
+    const layers = Object.fromEntries((answer.sets ?? []).map((name) =>
+      [name.replace(/[<>&]/g, "?"), L.tileLayer(`/tiles/${encodeURIComponent(name)}/{z}/{x}/{y}`, { maxZoom: 24 })]));
+    const [first] = Object.values(layers);
+    first?.addTo(map);
+    if (first) L.control.layers({}, layers).addTo(map);
+  };
+
+  const recenter = () => {
+    const here = store.vehicle()?.state;
+    if (here?.lat !== undefined && here.lat !== null) map.panTo([here.lat, here.lon]);
+  };
+  return { draw: () => { if (!asked) addTiles(); draw(); }, resize: () => map.invalidateSize(), choose: recenter };
+}

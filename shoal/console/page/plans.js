@@ -1,0 +1,73 @@
+// The plans of a vehicle: listed, drawn on the map, started and stopped; new ones drawn or written.
+import { ask, element, make, order, say } from "./page.js";
+
+export function makePlans(store) {
+  let owner = "";
+  let points = [];
+  store.drawing = false;
+  store.drawn = points;
+
+  const refresh = async () => {
+    owner = store.chosen;
+    if (!owner) return;
+    const answer = await ask("/api/plans", { vehicle: owner });
+    if (!answer.ok) { say(answer.text, "bad"); return; }
+    element("plans").replaceChildren(...answer.plans.map(line));
+  };
+
+  const line = (plan) => {
+    const item = make("li");
+    const show = make("button", "Show"), start = make("button", "Start"), remove = make("button", "Delete");
+    show.onclick = async () => {
+      const answer = await ask("/api/plans", { vehicle: owner, plan: plan.name });
+      if (answer.ok) store.showPath(answer.path); else say(answer.text, "bad");
+    };
+    start.onclick = async () => { await order(owner, "start", { plan: plan.name }); await show.onclick(); };
+    remove.onclick = async () => { await order(owner, "delete", { plan: plan.name }); await refresh(); };
+    item.append(make("span", plan.name), show, start, remove);
+    return item;
+  };
+
+  const draw = () => {
+    const plan = store.vehicle()?.plan;
+    if (!plan) return;
+    const eta = plan.eta ? `, ${plan.eta} s left` : "";
+    element("progress").textContent = plan.name
+      ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
+      : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`;
+  };
+
+  const changePoints = (made) => {
+    points = made;
+    store.drawn = points;
+    element("draw-points").value = String(points.length);
+    store.showDrawn();
+  };
+
+  const yamlOfPoints = () => {
+    const depth = Number(element("draw-depth").value), speed = Number(element("draw-speed").value);
+    const lines = points.map(([lat, lon]) =>
+      `- goto: {lat: ${lat.toFixed(7)}°, lon: ${lon.toFixed(7)}°, depth: ${depth}, speed: ${speed} m/s}`);
+    return `plan: ${JSON.stringify(element("draw-name").value)}\nmaneuvers:\n${lines.join("\n")}\n`;
+  };
+
+  const put = async (text) => { await order(store.chosen, "put", { text }); await refresh(); };
+
+  store.addPoint = (lat, lon) => changePoints([...points, [lat, lon]]);
+  element("draw-toggle").onclick = (event) => {
+    store.drawing = !store.drawing;
+    event.target.setAttribute("aria-pressed", String(store.drawing));
+    event.target.textContent = store.drawing ? "Drawing" : "Draw";
+  };
+  element("draw-undo").onclick = () => changePoints(points.slice(0, -1));
+  element("draw-put").onclick = async () => {
+    if (!points.length) { say("press on the map to add points first", "warn"); return; }
+    element("plan-text").value = yamlOfPoints();
+    await put(yamlOfPoints());
+  };
+  element("plan-put").onclick = () => put(element("plan-text").value);
+  element("plans-refresh").onclick = refresh;
+  element("plan-stop").onclick = () => order(store.chosen, "stop");
+  const forget = () => { owner = ""; element("plans").replaceChildren(); store.showPath?.([]); };
+  return { draw, open: () => owner === store.chosen || refresh(), choose: forget };
+}

@@ -1,0 +1,57 @@
+// Fields of any message over time, each in a plot of its own.
+import { ask, element, make } from "./page.js";
+
+const LONGEST = 3000; // points
+const MOST = 8;
+
+export function makePlots(store) {
+  const traces = new Map(); // path: { times, values, plot, box }
+  let fields = null;
+
+  const sendFields = () => {
+    if (store.socket?.readyState === WebSocket.OPEN) {
+      store.socket.send(JSON.stringify({ fields: [...traces.keys()] }));
+    }
+  };
+
+  const add = (field) => {
+    const path = `${store.chosen}/${field}`;
+    if (!store.chosen || traces.has(path) || traces.size >= MOST) return;
+    const box = make("div");
+    const unit = fields?.[field.split(":")[0]] ?? "";
+    const remove = make("button", `Remove ${path}`);
+    remove.onclick = () => { traces.delete(path); box.remove(); sendFields(); };
+    box.append(remove);
+    element("plots").append(box);
+    const width = Math.max(240, element("plots").clientWidth - 10);
+    const series = [{}, { label: `${path} ${unit && `(${unit})`}`, stroke: "#0b57a4", width: 1.5 }];
+    const color = getComputedStyle(document.body).color;
+    const axes = [{ stroke: color }, { stroke: color }];
+    const plot = window.uPlot ? new window.uPlot({ width, height: 160, series, axes }, [[], []], box) : null;
+    if (!plot) box.append(make("output"));
+    traces.set(path, { times: [], values: [], plot, box });
+    sendFields();
+  };
+
+  const draw = () => {
+    for (const [path, [time, value]] of Object.entries(store.values ?? {})) {
+      const trace = traces.get(path);
+      if (!trace || trace.times.at(-1) >= time) continue;
+      trace.times.push(time);
+      trace.values.push(value);
+      if (trace.times.length > LONGEST) { trace.times.shift(); trace.values.shift(); }
+      if (trace.plot && !element("plots-view").hidden) trace.plot.setData([trace.times, trace.values]);
+      if (!trace.plot) trace.box.querySelector("output").textContent = ` ${value}`;
+    }
+  };
+
+  const open = async () => {
+    if (fields) return;
+    fields = await ask("/api/fields");
+    element("fields").replaceChildren(...Object.entries(fields).map(([name, unit]) => new Option(unit, name)));
+  };
+
+  element("field-add").onclick = () => add(element("field").value.trim());
+  element("field").onkeydown = (event) => { if (event.key === "Enter") add(element("field").value.trim()); };
+  return { draw, open, sendFields };
+}

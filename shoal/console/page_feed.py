@@ -1,0 +1,209 @@
+"""Frames for the pages: changes of all vehicles five times a second, made once for all viewers, while there are any."""
+
+import asyncio
+import math
+import time
+from collections import deque
+from collections.abc import Iterable
+from typing import Any
+
+import msgspec
+
+import imc
+from shoal.console.vehicle_view import KINDS, EntityTimes, View, changed_sections, vehicle_view, word
+from shoal.network import MessageListener, Network, NetworkSystem, field_value
+from support.terminal_text import printable
+
+PERIOD = 0.2  # s between frames
+TRACK_PERIOD = 1.0  # s between points of a track
+TRACK_POINTS = 3600
+LOG_ENTRIES = 400
+MOST_WAITING = 2  # frames in front of a slow page; the oldest is dropped
+MOST_FIELDS = 8  # of a page, to be drawn
+
+
+class Viewer:
+    """A page: frames that wait for it, and the fields that it draws.
+
+    One that has missed a frame gets everything anew, since frames have only changes.
+    """
+
+    def __init__(self) -> None:
+        self.fields: tuple[str, ...] = ()
+        self.dropped = 0
+        self._waiting: deque[bytes] = deque()
+        self._news = asyncio.Event()
+        self.needs_all = True
+
+    def put(self, frame: bytes) -> None:
+        if len(self._waiting) >= MOST_WAITING:
+            self.dropped += len(self._waiting)
+            self._waiting.clear()
+            self.needs_all = True
+            return
+        self._waiting.append(frame)
+        self._news.set()
+
+    async def next(self) -> bytes:
+        while not self._waiting:
+            self._news.clear()
+            await self._news.wait()
+        return self._waiting.popleft()
+
+
+class PageFeed:
+    """Reads a network, and gives each page its frames. Calls are made in the event loop of the network."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._viewers: set[Viewer] = set()
+        self._sent: dict[str, dict[str, View]] = {}
+        self._tracks: dict[str, deque[list[float | None]]] = {}
+        self._log: deque[list[object]] = deque(maxlen=LOG_ENTRIES)
+        self._listener: MessageListener | None = None
+        self._woken = asyncio.Event()
+        self._asked: dict[str, float] = {}
+        self._times = EntityTimes()
+
+    def add(self, viewer: Viewer) -> None:
+        self._viewers.add(viewer)
+        self._woken.set()
+
+    def remove(self, viewer: Viewer) -> None:
+        self._viewers.discard(viewer)
+
+    async def run(self) -> None:
+        """Make frames until it is cancelled."""
+        network = self._network
+        for kind in KINDS:
+            network.subscribe(None, (kind,))
+        self._listener = network.listen(None, (imc.LogBookEntry,))
+        drawn = 0.0
+        try:
+            while True:
+                now = time.monotonic()
+                self._ask_for_states(now)
+                entries = self._new_log_entries()
+                if now - drawn >= TRACK_PERIOD:
+                    drawn = now
+                    self._extend_tracks()
+                if self._viewers:
+                    self._send_frames(entries)
+                    await asyncio.sleep(PERIOD)
+                else:
+                    self._sent.clear()
+                    self._woken.clear()
+                    try:
+                        async with asyncio.timeout(TRACK_PERIOD):
+                            await self._woken.wait()
+                    except TimeoutError:
+                        pass
+        finally:
+            network.close_listener(self._listener)
+
+    def _ask_for_states(self, now: float) -> None:
+        """Ask each new vehicle for labels and states once in 5 s, until it has sent them."""
+        for system in self._network.vehicles():
+            known = system.labels and system.latest_message(imc.EntityState) is not None
+            if system.id is None or known or now - self._asked.get(system.name, -math.inf) < 5.0:
+                continue
+            self._asked[system.name] = now
+            self._network.request_labels(system)
+            self._network.send(system, imc.QueryEntityState())
+
+    def _new_log_entries(self) -> list[list[object]]:
+        assert self._listener is not None
+        found: list[list[object]] = []
+        for system, message in self._listener.take_all():
+            if isinstance(message, imc.LogBookEntry):
+                kind = word(imc.LogBookEntry.Type, message.type)
+                found.append(
+                    [round(message.htime, 1), system.name, kind, printable(message.context), printable(message.text)]
+                )
+        self._log.extend(found)
+        return found
+
+    def _extend_tracks(self) -> None:
+        for system in self._network.vehicles():
+            state = system.latest_message(imc.EstimatedState)
+            if state is None:
+                continue
+            lat, lon, _ = imc.coordinates.absolute_position(state)
+            point = [round(math.degrees(lat), 6), round(math.degrees(lon), 6), round(state.depth, 1)]
+            track = self._tracks.setdefault(system.name, deque(maxlen=TRACK_POINTS))
+            if all(map(math.isfinite, point)) and (not track or track[-1] != point):
+                track.append([*point])
+
+    def _send_frames(self, entries: Iterable[list[object]]) -> None:
+        views = {system.name: vehicle_view(system, self._times) for system in self._systems()}
+        changes = {name: changed_sections(self._sent.get(name, {}), view) for name, view in views.items()}
+        gone = [name for name in self._sent if name not in views]
+        values = self._values()
+        self._sent = views
+        frame: dict[str, Any] = {"now": round(time.time(), 2), "values": values}
+        news = {
+            **frame,
+            "vehicles": {name: change for name, change in changes.items() if change},
+            "gone": gone,
+            "log": list(entries),
+        }
+        small = encode(news)
+        whole = b""
+        for viewer in self._viewers:
+            if viewer.needs_all:
+                whole = whole or encode(
+                    {
+                        **frame,
+                        "all": True,
+                        "gone": [],
+                        "vehicles": views,
+                        "log": list(self._log),
+                        "tracks": {name: list(track) for name, track in self._tracks.items()},
+                    }
+                )
+                viewer.needs_all = False
+                viewer.put(whole)
+            else:
+                viewer.put(small)
+
+    def _systems(self) -> list[NetworkSystem]:
+        """The vehicles that are there, and those that were shown before: a page has to show that one is lost."""
+        there = self._network.vehicles()
+        lost = [self._network.systems[name] for name in self._sent if name in self._network.systems]
+        return sorted({system.name: system for system in [*lost, *there]}.values(), key=lambda system: system.name)
+
+    def _values(self) -> dict[str, list[float | None]]:
+        """Time and value of each field that a page draws."""
+        found: dict[str, list[float | None]] = {}
+        for path in {path for viewer in self._viewers for path in viewer.fields}:
+            name, _, rest = path.partition("/")
+            message_name, _, field = rest.partition(".")
+            field, _, entity = field.partition(":")
+            system = self._network.systems.get(name)
+            kind = self._kind(message_name)
+            if system is None or kind is None:
+                continue
+            message = system.latest_message(kind, entity)
+            value = field_value(message, field) if message is not None and field in message.__struct_fields__ else None
+            if message is not None and isinstance(value, int | float):
+                found[path] = [round(message.timestamp, 3), value if math.isfinite(value) else None]
+        return found
+
+    def _kind(self, name: str) -> type[imc.Message] | None:
+        messages = self._network.messages
+        return messages[name] if name in messages else None  # noqa: SIM401 - a schema has no `get`
+
+    def set_fields(self, viewer: Viewer, paths: Iterable[str]) -> None:
+        """Draw some fields: VEHICLE/Message.field or VEHICLE/Message.field:entity."""
+        viewer.fields = tuple(paths)[:MOST_FIELDS]
+        for path in viewer.fields:
+            name, _, rest = path.partition("/")
+            kind = self._kind(rest.partition(".")[0])
+            system = self._network.systems.get(name)
+            if kind is not None and system is not None:
+                self._network.subscribe(system, (kind,))
+
+
+def encode(value: object) -> bytes:
+    """JSON, with null for numbers that it does not have."""
+    return msgspec.json.encode(value)

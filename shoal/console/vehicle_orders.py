@@ -1,0 +1,192 @@
+"""Orders of the page to a vehicle, and whether the vehicle obeys them."""
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping
+
+import imc
+from autonomy.plans import sequential_plan
+from shoal.console.vehicle_view import motors, word
+from shoal.missions import PlanFileError, parse_plan
+from shoal.network import AsyncRemoteVehicle, NetworkSystem
+
+OBEYED = 2.0  # s in which a vehicle shows that it obeys
+LOOK = 0.05  # s between two looks at its latest messages
+STATION_SPEED = 1.0  # m/s
+STATION_RADIUS = 15.0  # m
+POP_UP_TIMEOUT = 300  # s
+HOLD, SURFACE = "console-hold", "console-surface"
+"""Names of the plans that the page starts by a press of one key."""
+STOPPED = (imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.ERROR, imc.VehicleState.OpMode.BOOT)
+
+
+class OrderError(Exception):
+    """An order that is not carried out; the text is for the operator."""
+
+
+async def abort(vehicle: AsyncRemoteVehicle) -> str:
+    """Stop everything; the text names mode and motors as the vehicle reports them. Raises OrderError, NetworkError."""
+    await vehicle.abort()
+    system = vehicle.system
+    if not await _becomes(lambda: _mode(system) in STOPPED and motors(system) != "turning"):
+        if _mode(system) not in STOPPED:
+            raise OrderError(f"Abort was confirmed, but not obeyed within {OBEYED:g} s: mode {_mode_text(system)}")
+        return f"aborted: mode {_mode_text(system)}, and the motors still turn (to come up, or running down)"
+    rest = motors(system)
+    return f"obeyed: mode {_mode_text(system)}, motors {rest or 'not reported'}"
+
+
+async def hold(vehicle: AsyncRemoteVehicle) -> str:
+    """Stay where the vehicle is: an AUV comes up there. Raises OrderError, NetworkError."""
+    state = await vehicle.latest(imc.EstimatedState)
+    lat, lon, _ = imc.coordinates.absolute_position(state)
+    airborne = _type(vehicle.system) == imc.SystemType.UAV
+    station = imc.StationKeeping(
+        lat=lat,
+        lon=lon,
+        z=max(0.0, state.height - state.z) if airborne else 0.0,
+        z_units=imc.ZUnits.HEIGHT if airborne else imc.ZUnits.DEPTH,
+        radius=STATION_RADIUS,
+        speed=STATION_SPEED,
+        speed_units=imc.SpeedUnits.METERS_PS,
+    )
+    return await _start(vehicle, sequential_plan(HOLD, {"station": station}))
+
+
+async def surface(vehicle: AsyncRemoteVehicle) -> str:
+    """Come up, or land, where the vehicle is. Raises OrderError, NetworkError."""
+    kind = _type(vehicle.system)
+    if kind == imc.SystemType.USV:
+        raise OrderError("a boat is at the surface")
+    state = await vehicle.latest(imc.EstimatedState)
+    lat, lon, _ = imc.coordinates.absolute_position(state)
+    maneuver: imc.Message
+    if kind == imc.SystemType.UAV:
+        maneuver = imc.Land(lat=lat, lon=lon, z_units=imc.ZUnits.HEIGHT, speed=STATION_SPEED, speed_units=0)
+    else:
+        flags = imc.PopUp.Flags.CURR_POS
+        maneuver = imc.PopUp(
+            timeout=POP_UP_TIMEOUT,
+            lat=lat,
+            lon=lon,
+            z=0.0,
+            z_units=imc.ZUnits.DEPTH,
+            speed=STATION_SPEED,
+            speed_units=imc.SpeedUnits.METERS_PS,
+            duration=POP_UP_TIMEOUT,
+            radius=STATION_RADIUS,
+            flags=flags,
+        )
+    return await _start(vehicle, sequential_plan(SURFACE, {"up": maneuver}))
+
+
+async def start(vehicle: AsyncRemoteVehicle, plan: str) -> str:
+    """Start a stored plan. Raises OrderError, NetworkError."""
+    if not plan:
+        raise OrderError("name a plan")
+    return await _start(vehicle, plan)
+
+
+async def stop(vehicle: AsyncRemoteVehicle) -> str:
+    """Stop the plan that is running. Raises NetworkError."""
+    await vehicle.plan.stop()
+    return "the plan is stopped"
+
+
+async def put(vehicle: AsyncRemoteVehicle, text: str) -> str:
+    """Store a plan that is written as YAML. Raises OrderError with its line, NetworkError."""
+    try:
+        plan = parse_plan(text)
+    except PlanFileError as error:
+        raise OrderError(str(error)) from None
+    await vehicle.plan.put(plan)
+    estimate = await vehicle.plan.estimate(plan.plan_id)
+    words = f"{plan.plan_id} is stored; {estimate.describe()}"
+    return f"{words}; it would be rejected now: {estimate.rejected}" if estimate.rejected else words
+
+
+async def delete(vehicle: AsyncRemoteVehicle, plan: str) -> str:
+    """Delete a stored plan. Raises NetworkError."""
+    await vehicle.plan.delete(plan)
+    return f"{plan} is deleted"
+
+
+async def set_parameter(vehicle: AsyncRemoteVehicle, entity: str, name: str, value: str) -> str:
+    """Set a parameter of an entity. Raises NetworkError with the vehicle's reason."""
+    values = await vehicle.param.set(entity, {name: value})
+    return f"{entity}: {name} = {values.get(name, value)}"
+
+
+async def carry_out(vehicle: AsyncRemoteVehicle, order: str, words: Mapping[str, object]) -> str:
+    """Carry out an order of the page by its name. Raises OrderError, NetworkError."""
+    given = {name: value for name, value in words.items() if isinstance(value, str)}
+    match order:
+        case "abort":
+            return await abort(vehicle)
+        case "hold":
+            return await hold(vehicle)
+        case "surface":
+            return await surface(vehicle)
+        case "start":
+            return await start(vehicle, given.get("plan", ""))
+        case "stop":
+            return await stop(vehicle)
+        case "put":
+            return await put(vehicle, given.get("text", ""))
+        case "delete":
+            return await delete(vehicle, given.get("plan", ""))
+        case "set":
+            return await set_parameter(
+                vehicle, given.get("entity", ""), given.get("parameter", ""), given.get("value", "")
+            )
+        case _:
+            raise OrderError(f"no such order: {order!r}")
+
+
+async def _start(vehicle: AsyncRemoteVehicle, plan: str | imc.PlanSpecification) -> str:
+    """Start a plan; the answer says whether the vehicle executes it."""
+    name = plan if isinstance(plan, str) else plan.plan_id
+    estimates: list[str] = []
+    await vehicle.plan.start(plan, wait=False, estimated=lambda estimate: estimates.append(estimate.describe()))
+    system = vehicle.system
+
+    def runs() -> bool:
+        state = system.latest_message(imc.PlanControlState)
+        return (
+            state is not None
+            and state.plan_id == name
+            and state.state
+            in (
+                imc.PlanControlState.State.EXECUTING,
+                imc.PlanControlState.State.INITIALIZING,
+            )
+        )
+
+    if not await _becomes(runs):
+        raise OrderError(f"{name} was accepted, but is not carried out after {OBEYED:g} s: mode {_mode_text(system)}")
+    return f"obeyed: {name} is carried out; {estimates[0]}" if estimates else f"obeyed: {name} is carried out"
+
+
+async def _becomes(condition: Callable[[], bool]) -> bool:
+    """Whether a condition gets true soon."""
+    deadline = time.monotonic() + OBEYED
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        await asyncio.sleep(LOOK)
+    return True
+
+
+def _mode(system: NetworkSystem) -> int | None:
+    state = system.latest_message(imc.VehicleState)
+    return None if state is None else state.op_mode
+
+
+def _mode_text(system: NetworkSystem) -> str:
+    mode = _mode(system)
+    return "unknown" if mode is None else word(imc.VehicleState.OpMode, mode)
+
+
+def _type(system: NetworkSystem) -> int | None:
+    announce = system.latest_message(imc.Announce)
+    return None if announce is None else announce.sys_type

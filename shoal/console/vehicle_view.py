@@ -1,0 +1,166 @@
+"""The page's view of one vehicle: its latest messages as numbers with units and words."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import imc
+from imc.discovery import displayable_name
+from shoal.network import NetworkSystem
+from support.terminal_text import printable
+
+KINDS = (
+    imc.Announce,
+    imc.EntityInfo,
+    imc.EntityList,
+    imc.EntityState,
+    imc.EstimatedState,
+    imc.FuelLevel,
+    imc.Heartbeat,
+    imc.LogBookEntry,
+    imc.NavigationUncertainty,
+    imc.PlanControlState,
+    imc.Rpm,
+    imc.VehicleMedium,
+    imc.VehicleState,
+)
+"""The messages that a view is made of."""
+AT_REST = 1.0  # rpm
+RUNNING = (imc.PlanControlState.State.EXECUTING, imc.PlanControlState.State.INITIALIZING)
+TYPES = {kind.value: kind.name.lower() for kind in imc.SystemType}
+
+View = dict[str, Any]
+
+
+class EntityTimes:
+    """When each entity of the vehicles came into the state that it has, by the times of the vehicle (s)."""
+
+    def __init__(self) -> None:
+        self._since: dict[tuple[str, int], tuple[int, float]] = {}
+
+    def since(self, system: NetworkSystem, state: imc.EntityState) -> float:
+        """When an entity came into a state that is its newest; the time of the first report that was seen."""
+        place = system.name, state.src_ent
+        known = self._since.get(place)
+        if known is None or known[0] != state.state:
+            known = self._since[place] = state.state, state.timestamp
+        return known[1]
+
+
+def vehicle_view(system: NetworkSystem, times: EntityTimes) -> dict[str, View]:
+    """The page's data of a vehicle, in sections that are sent when they change.
+
+    Angles are in degrees, lengths in m, speeds in m/s, times in s; unknown values are null.
+    """
+    return {
+        "system": _identity(system),
+        "state": _state(system),
+        "plan": _plan(system),
+        "health": {"entities": _entities(system, times)},
+    }
+
+
+def _identity(system: NetworkSystem) -> View:
+    announce, fuel = system.latest_message(imc.Announce), system.latest_message(imc.FuelLevel)
+    return {
+        "name": displayable_name(system.name),
+        "id": None if system.id is None else f"0x{system.id:04X}",
+        "type": None if announce is None else TYPES.get(announce.sys_type, "vehicle"),
+        "networks": sorted(system.links),
+        "places": system.addresses,
+        "conflict": printable(system.conflict_text) or None,
+        "there": system.is_there,
+        "battery": None if fuel is None else round(fuel.value, 1),
+    }
+
+
+def _state(system: NetworkSystem) -> View:
+    state, medium = system.latest_message(imc.EstimatedState), system.latest_message(imc.VehicleMedium)
+    if state is None:
+        return {}
+    lat, lon, height = imc.coordinates.absolute_position(state)
+    doubt = system.latest_message(imc.NavigationUncertainty)
+    spread = math.sqrt(max(doubt.x, doubt.y, 0.0)) if doubt is not None else math.nan
+    return {
+        "time": round(state.timestamp, 2),
+        "lat": _rounded(math.degrees(lat), 7),
+        "lon": _rounded(math.degrees(lon), 7),
+        "height": _rounded(height, 1),
+        "depth": _rounded(state.depth, 2),
+        "altitude": _rounded(state.alt, 1) if state.alt >= 0.0 else None,
+        "heading": _rounded(math.degrees(state.psi) % 360.0, 1),
+        "roll": _rounded(math.degrees(state.phi), 1),
+        "pitch": _rounded(math.degrees(state.theta), 1),
+        "speed": _rounded(math.hypot(state.vx, state.vy), 2),
+        "climb": _rounded(-state.vz, 2),
+        "uncertainty": _rounded(spread, 1),
+        "medium": None if medium is None else word(imc.VehicleMedium.Medium, medium.medium),
+    }
+
+
+def _plan(system: NetworkSystem) -> View:
+    vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
+    view: View = {
+        "mode": None if vehicle is None else word(imc.VehicleState.OpMode, vehicle.op_mode),
+        "error": printable(vehicle.last_error) if vehicle is not None and vehicle.last_error else None,
+        "motors": motors(system),
+        **dict.fromkeys(("state", "outcome", "name", "maneuver", "progress", "eta")),
+    }
+    if plan is None:
+        return view
+    view["state"] = word(imc.PlanControlState.State, plan.state)
+    view["outcome"] = word(imc.PlanControlState.LastOutcome, plan.last_outcome)
+    if plan.state in RUNNING:
+        view["name"], view["maneuver"] = displayable_name(plan.plan_id), printable(plan.man_id) or None
+        view["progress"] = round(plan.plan_progress, 1) if plan.plan_progress >= 0.0 else None
+        view["eta"] = plan.plan_eta if plan.plan_eta >= 0 else None
+    return view
+
+
+def motors(system: NetworkSystem) -> str | None:
+    """Whether the motors are at rest or turn, by their speeds; None where the vehicle does not report these."""
+    speeds = [abs(rpm.value) for rpm in system.latest_entity_messages(imc.Rpm)]
+    if not speeds:
+        return None
+    return "at rest" if max(speeds) < AT_REST else "turning"
+
+
+def _entities(system: NetworkSystem, times: EntityTimes) -> list[View]:
+    """The states of the entities, the worst first, then by label."""
+    states = sorted(
+        system.latest_entity_messages(imc.EntityState),
+        key=lambda state: (-_severity(state.state), system.label(state.src_ent)),
+    )
+    return [
+        {
+            "entity": printable(system.label(state.src_ent)),
+            "state": word(imc.EntityState.State, state.state),
+            "text": printable(state.description),
+            "since": round(times.since(system, state)),
+        }
+        for state in states
+    ]
+
+
+def _severity(state: int) -> int:
+    """0 for an entity that works, rising to a failure."""
+    kinds = imc.EntityState.State
+    return (
+        {kinds.BOOT: 1, kinds.FAULT: 2, kinds.ERROR: 3, kinds.FAILURE: 4}.get(kinds(state), 0)
+        if state in set(kinds)
+        else 1
+    )
+
+
+def word(names: Any, value: int) -> str:
+    """The name of a value, in small letters; the number if it has none."""
+    return str(names(value).name).lower() if value in set(names) else str(value)
+
+
+def _rounded(value: float, digits: int) -> float | None:
+    return round(value, digits) if math.isfinite(value) else None
+
+
+def changed_sections(before: Mapping[str, View], now: Mapping[str, View]) -> dict[str, View]:
+    """The sections that differ from those before."""
+    return {name: section for name, section in now.items() if before.get(name) != section}
