@@ -112,7 +112,7 @@ def browser(folder: Path) -> Iterator[Browser]:
             port = port_file.read_text().splitlines()[0]
             pages = json.loads(urlopen(f"http://127.0.0.1:{port}/json").read())
             address = next(page["webSocketDebuggerUrl"] for page in pages if page["type"] == "page")
-            with connect(address, max_size=None) as socket:
+            with connect(address, max_size=None, ping_interval=None) as socket:
                 yield Browser(socket)
         finally:
             process.terminate()

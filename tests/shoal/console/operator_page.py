@@ -54,7 +54,7 @@ class OperatorPage:
     def frames(self, **options: Any) -> ClientConnection:
         headers = {"Cookie": self.cookie}
         origin = options.pop("origin", f"http://{self.host}")
-        return connect(f"ws://{self.host}/frames", origin=origin, additional_headers=headers, **options)
+        return connect(f"ws://{self.host}/frames", origin=origin, additional_headers=headers, ping_interval=None, **options)
 
 
 def assert_line(process: subprocess.Popen[str]) -> str:
