@@ -16,7 +16,7 @@ from against_dune import axes
 import imc
 from shoal.missions import Mission, load_plan, parse_plan, prepare
 
-HARBOUR = Path(__file__).parents[1] / "tests/data/plans/harbour.yaml"
+HARBOR = Path(__file__).parents[1] / "tests/data/plans/harbor.yaml"
 BOATS = {"otter": "#2563eb", "caravel": "#d97706"}
 HEAD = "plan: bench\norigin: 41.185°, -8.7062°\nspeed: 1.5 m/s\nmaneuvers:\n"
 STATION = HEAD + "  - station_keeping: {north: 30, east: 20, speed: 1.2 m/s, radius: 15, duration: 900}\n"
@@ -58,8 +58,8 @@ def settled(across: np.ndarray, along: np.ndarray, limit: float = 0.5) -> float:
 
 
 def table(boat: str) -> None:
-    harbour, again = sail(boat, load_plan(HARBOUR)), sail(boat, load_plan(HARBOUR))
-    first, second, third = (of_leg(harbour, leg) for leg in range(3))
+    harbor, again = sail(boat, load_plan(HARBOR)), sail(boat, load_plan(HARBOR))
+    first, second, third = (of_leg(harbor, leg) for leg in range(3))
     print(f"{boat}: speed on the first leg {first[first[:, 0] > 25.0][:, 3].mean():.2f} m/s of 1.50")
     print(f"  on the first leg {np.abs(first[:, 2]).max():.2f} m off the leg at most")
     print(f"  corners: overshoot {second[:, 1].max() - 60.0:.1f} and {third[:, 2].max() - 60.0:.1f} m")
@@ -77,10 +77,10 @@ def table(boat: str) -> None:
         leg = of_leg(sail(boat, parse_plan(ACROSS), *overrides), 1)
         aside = leg[leg[:, 1] > 60.0][:, 2]
         print(f"  leg across {name}: {math.sqrt((aside**2).mean()):.2f} m RMS, {np.abs(aside).max():.2f} m at most")
-    rough = sail(boat, load_plan(HARBOUR), *WAVES)
+    rough = sail(boat, load_plan(HARBOR), *WAVES)
     aside = np.abs(of_leg(rough, 0)[:, 2]).max()
     print(f"  in waves of 0.5 m: {aside:.2f} m off the first leg at most, {1000 * rough['cost']:.1f} ms CPU")
-    print(f"  {1000 * harbour['cost']:.1f} ms CPU per simulated second; equal runs {harbour['hash'] == again['hash']}")
+    print(f"  {1000 * harbor['cost']:.1f} ms CPU per simulated second; equal runs {harbor['hash'] == again['hash']}")
 
 
 def picture() -> str:
@@ -95,7 +95,7 @@ def picture() -> str:
         parts.append(f'<polyline points="{corners}" fill="none" stroke="#9ca3af" stroke-dasharray="4 3"/>')
         parts.append(f'<ellipse {circle} fill="none" stroke="#9ca3af" stroke-dasharray="4 3"/>')
         for index, (boat, color) in enumerate(BOATS.items()):
-            rows = sail(boat, load_plan(HARBOUR), *overrides)["rows"][::50]
+            rows = sail(boat, load_plan(HARBOR), *overrides)["rows"][::50]
             line = " ".join(f"{right(east):.1f},{up(north):.1f}" for _, north, east, _ in rows)
             parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="1.5"/>')
             parts.append(f'<text x="{right(-18):.1f}" y="{up(70 - 5 * index):.1f}" fill="{color}">{boat}</text>')

@@ -46,11 +46,11 @@ def main() -> int:
             least = f" (at least {LEAST_FPS:.0f})" if size <= 512 else ""
             columns = f"{picture * 1e3:6.1f} ms {labels * 1e3:6.1f} ms {flow * 1e3:8.1f} ms {fps:10.0f}{least:14s}"
             print(f"{face:4d} -> {size:4d}  {scene:12s} {columns} {labels / picture:5.2f}")
-    good &= harbour(rounds)
+    good &= harbor(rounds)
     return 0 if good else 1
 
 
-def harbour(rounds: int) -> bool:
+def harbor(rounds: int) -> bool:
     """Prints figures over the bathymetry of a shipped profile; False if pictures, or with labels, are too slow."""
     sea = read_world(load_profile("lauv-noptilus-1").value).seabed
     assert sea is not None

@@ -65,7 +65,7 @@ class StreamParser:
         return self._take(data, bytes)
 
     def close(self) -> list[Message]:
-        """The messages after an incomplete packet that will not be completed. More can be fed afterwards."""
+        """The messages after an incomplete packet that will not be completed. More can be fed afterward."""
         return self._scan(self._decode, final=True)
 
     def close_packets(self) -> list[bytes]:

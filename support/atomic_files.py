@@ -27,7 +27,7 @@ def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
 def replace_file(path: Path, mode: int | None = None, *, durable: bool = True) -> Generator[BinaryIO]:
     """A file to write to, which becomes `path` at the end; after an error, `path` has its old content.
 
-    Afterwards the content is on the disk, and after a power cut it is the old or the new one, whole; without `durable`
+    Afterward the content is on the disk, and after a power cut it is the old or the new one, whole; without `durable`
     this holds for the end of the process only, which takes no time. `mode` is the permissions, by default what the
     umask leaves. Several may replace the same file at once: the last one wins. Raises OSError that names `path`.
     """
@@ -121,7 +121,7 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its missing parents, which are on the disk afterwards. Raises OSError."""
+    """Make a folder and its missing parents, which are on the disk afterward. Raises OSError."""
     if not folder.is_dir():
         make_folder(folder.parent)
         folder.mkdir(exist_ok=True)

@@ -12,7 +12,7 @@ CLOSER = 1.0  # m nearer to the track: the vehicle comes back
 
 @dataclass(frozen=True)
 class AlongTrack:
-    """Least progress per `period` (s): `speed` (m/s) along the track or, off course, `turning` (rad/s) towards it."""
+    """Least progress per `period` (s): `speed` (m/s) along the track or, off course, `turning` (rad/s) toward it."""
 
     period: float
     speed: float

@@ -1,4 +1,4 @@
-"""Steers towards a point ahead."""
+"""Steers toward a point ahead."""
 
 import math
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ class PurePursuitGains:
 
 
 class PurePursuitLaw:
-    """Steers towards the end of a straight track, or towards a point ahead on a circle."""
+    """Steers toward the end of a straight track, or toward a point ahead on a circle."""
 
     def __init__(self, gains: PurePursuitGains):
         self._lookahead = gains.lookahead

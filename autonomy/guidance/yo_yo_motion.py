@@ -68,7 +68,7 @@ class YoYoMotion:
         return self._tilt(self._slope * self.settings.pitch)
 
     def level(self) -> bool:
-        """One step towards level; False if it is."""
+        """One step toward level; False if it is."""
         return self._tilt(0.0)
 
     def is_between_turns(self, depth: float, altitude: float) -> bool:

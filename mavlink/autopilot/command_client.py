@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from mavlink import Fields
 
 ACCEPTED, IN_PROGRESS = 0, 5
-RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not carried out", "in progress", "cancelled",
+RESULTS = ("accepted", "temporarily rejected", "denied", "unsupported", "not carried out", "in progress", "canceled",
            "accepted only as COMMAND_LONG", "accepted only as COMMAND_INT", "rejected for its frame")  # fmt: skip
 PATIENCE, LONG_PATIENCE, TRIES = 1.0, 10.0, 6  # s, s while it is in progress
 LONGEST_QUEUE = 64
-SILENT, DROPPED, WITHDRAWN = -1, -2, -3  # of commands that were never acknowledged, never sent, or cancelled
+SILENT, DROPPED, WITHDRAWN = -1, -2, -3  # of commands that were never acknowledged, never sent, or canceled
 
 OnResult = Callable[[int], object]
 

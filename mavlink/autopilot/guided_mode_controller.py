@@ -343,7 +343,7 @@ class ModeController:
             if number != self._number:
                 return
             self._asked = False
-            if result == WITHDRAWN:  # the autopilot is silent; what still counts afterwards is sent again
+            if result == WITHDRAWN:  # the autopilot is silent; what still counts afterward is sent again
                 self._sent = False
                 return
             then("" if result == ACCEPTED else f"{command.what} was {result_text(result)}{self._with_reason()}")

@@ -246,8 +246,8 @@ def _fine_imu(m: Any) -> TranslatedMessages:
 def _wind(m: Any) -> TranslatedMessages:
     """WIND of ArduPilot gives the direction it comes from, and the length of the whole vector."""
     level = math.sqrt(max(0.0, m.speed * m.speed - m.speed_z * m.speed_z))
-    towards = math.radians(m.direction + 180.0)
-    return _stream(level * math.cos(towards), level * math.sin(towards), m.speed_z)
+    toward = math.radians(m.direction + 180.0)
+    return _stream(level * math.cos(toward), level * math.sin(toward), m.speed_z)
 
 
 def _stream(north: float, east: float, down: float) -> TranslatedMessages:

@@ -46,7 +46,7 @@ class Transport(Protocol):
         ...
 
     def close(self) -> None:
-        """Leave the other buses; nothing is received afterwards. A second call does nothing."""
+        """Leave the other buses; nothing is received afterward. A second call does nothing."""
         ...
 
 

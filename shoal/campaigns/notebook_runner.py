@@ -1,5 +1,6 @@
 """Campaigns from a notebook."""
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -26,4 +27,6 @@ def run(
     is at the address, ModuleNotFoundError without the extra `campaigns`, or `cluster`.
     """
     plan = load_study(Path(study), fixed=fixed, runs=runs)
+    for text in plan.search.deprecations if plan.search else ():
+        warnings.warn(text, DeprecationWarning, stacklevel=2)
     return run_study(plan, Path(folder or Path("campaigns") / plan.name), workers=workers, on=on).data_frame()

@@ -28,7 +28,7 @@ class LoopThread:
 
     def __init__(self) -> None:
         self._loop = asyncio.new_event_loop()
-        self._lock = threading.Lock()  # what is called before the end is cancelled by it; nothing is called after it
+        self._lock = threading.Lock()  # what is called before the end is canceled by it; nothing is called after it
         self._has_ended = False
         self._thread = threading.Thread(target=self._loop.run_forever, name="shoal network", daemon=True)
         self._thread.start()

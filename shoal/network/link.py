@@ -131,7 +131,7 @@ class NetworkLink(Protocol):
         ...
 
     async def close(self) -> None:
-        """Leave. Nothing arrives afterwards."""
+        """Leave. Nothing arrives afterward."""
         ...
 
 

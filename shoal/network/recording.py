@@ -110,7 +110,7 @@ class NetworkRecorder:
     async def run(self, duration: float | None = None) -> None:
         """Record until the end. Raises RecordingEnd at the limit, OSError if the disk does not take more.
 
-        All logs are closed afterwards.
+        All logs are closed afterward.
         """
         looking = asyncio.create_task(self._look())
         end = asyncio.create_task(self.stop.wait())

@@ -64,7 +64,7 @@ class Expectation:
 
 
 class ExpectationMonitor(ABC):
-    """Judges an expectation at each message that it watches; `verdict` is its judgement at the end."""
+    """Judges an expectation at each message that it watches; `verdict` is its result at the end."""
 
     transient = True
 
@@ -100,7 +100,7 @@ class ExpectationMonitor(ABC):
 
     @abstractmethod
     def verdict(self) -> ExpectationVerdict:
-        """The judgement, at the end of the run."""
+        """The verdict, at the end of the run."""
 
     def make_verdict(self, margin: float, reason: str, time: float, *, applied: bool = True) -> ExpectationVerdict:
         passed = margin > 0.0

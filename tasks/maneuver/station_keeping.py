@@ -33,7 +33,7 @@ class StationKeeping(Maneuver):
     deceleration: float = param(
         0.0,
         "m/s²",
-        "Deceleration towards the point, for a vehicle that coasts; 0 for none.",
+        "Deceleration toward the point, for a vehicle that coasts; 0 for none.",
         name="Approach Deceleration",
         minimum=0,
     )

@@ -102,7 +102,7 @@ class IMU(Task):
     gyro_misalignment: float = param(
         0.0,
         "°",
-        "Standard deviation of what each axis leans towards each other one.",
+        "Standard deviation of what each axis leans toward each other one.",
         minimum=0,
         maximum=30,
         editable=False,
@@ -110,7 +110,7 @@ class IMU(Task):
     accel_misalignment: float = param(
         0.0,
         "°",
-        "Standard deviation of what each axis leans towards each other one.",
+        "Standard deviation of what each axis leans toward each other one.",
         minimum=0,
         maximum=30,
         editable=False,

@@ -11,7 +11,7 @@ CONSTANT, GAUSS_MARKOV, SINUSOIDAL = SOURCES = "Constant", "Gauss-Markov", "Sinu
 class StreamVelocity(Task):
     """Publishes the velocity of the water: constant, a Gauss-Markov process around the same mean, or a tide.
 
-    `Sinusoidal` is DUNE's: amplitude * sin(2 pi t / period + phase) towards the slope, with t from the start, and no
+    `Sinusoidal` is DUNE's: amplitude * sin(2 pi t / period + phase) toward the slope, with t from the start, and no
     mean velocity.
     """
 
@@ -41,8 +41,8 @@ class StreamVelocity(Task):
         north, east, down = self.default_speed_north, self.default_speed_east, self.default_speed_down
         if self.stream_velocity_source == SINUSOIDAL:
             angle = math.tau * (self.now - self._began) / self.period + math.radians(self.phase)
-            speed, towards = self.amplitude * math.sin(angle), math.radians(self.slope)
-            north, east, down = speed * math.cos(towards), speed * math.sin(towards), 0.0
+            speed, toward = self.amplitude * math.sin(angle), math.radians(self.slope)
+            north, east, down = speed * math.cos(toward), speed * math.sin(toward), 0.0
         elif self.stream_velocity_source == GAUSS_MARKOV:
             keep = math.exp(-periods / (self.execution_frequency * self.time_constant))
             fresh = math.sqrt(1.0 - keep * keep)

@@ -157,7 +157,7 @@ def test_damaged_payload_with_a_right_crc_never_crashes(message: imc.Message, da
 
 
 def has_signalling_nan(packet: bytes) -> bool:
-    """Whether bytes at any place could be a signalling fp32 NaN: it becomes a quiet one in a Python float."""
+    """Whether bytes at any place could be a signaling fp32 NaN: it becomes a quiet one in a Python float."""
     return any(packet[i] & 0x7F == 0x7F and packet[i - 1] & 0xC0 == 0x80 for i in range(1, len(packet)))
 
 

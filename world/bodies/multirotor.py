@@ -116,7 +116,7 @@ class Multirotor:
             self.z = self.vn = self.ve = self.vd = 0.0
 
     def _incline(self, h: float) -> None:
-        """Tilt and turn towards the commands; on the ground the legs keep it level and hold its heading."""
+        """Tilt and turn toward the commands; on the ground the legs keep it level and hold its heading."""
         stands = self.on_ground
         roll, pitch, turn = (0.0, 0.0, 0.0) if stands else (self._roll, self._pitch, self._turn)
         a = self.airframe

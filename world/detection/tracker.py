@@ -24,7 +24,7 @@ class TrackerSettings:
     `position_walk` (m/√s) is the random walk of a thing's place, `speed_sigma` (m/s) the standard deviation of its
     speed, 0 for things that lie still, `speed_walk` (m/s per √s) that speed's random walk. A track counts when
     `confirmations` of `window` pictures of one camera have shown it; until then it is dropped when none can show it
-    often enough any more, afterwards when it has not been seen for `memory` s. Of tracks closer than `least_separation`
+    often enough any more, afterward when it has not been seen for `memory` s. Of tracks closer than `least_separation`
     (m), which may be parts of one thing, the oldest stays; those of markers all stay.
     """
 

@@ -29,12 +29,12 @@ def compute_flow(
     `level` is known by the height of both cameras above it, what is not by their depths.
     """
     (sight, gliders), (after, moved) = now, then
-    towards = _turned(sight.rotation, rays)
-    shown = _still_points(towards, distance, sight, after, level=level)
+    toward = _turned(sight.rotation, rays)
+    shown = _still_points(toward, distance, sight, after, level=level)
     for number in np.unique(instances[instances > 0]).tolist():
         own = instances == number
         if number in moved:
-            points = towards[:, own] * distance[own]
+            points = toward[:, own] * distance[own]
             shown[:, own] = _carried(points, gliders[number], moved[number], sight, after)
         else:
             shown[:, own] = np.nan
@@ -43,7 +43,7 @@ def compute_flow(
     return (pixels - np.stack((i + 0.5, j + 0.5), axis=-1)).astype(np.float32)
 
 
-def _still_points(towards: Floats, distance: Floats, sight: CameraPose, after: CameraPose, *, level: bool) -> Floats:
+def _still_points(toward: Floats, distance: Floats, sight: CameraPose, after: CameraPose, *, level: bool) -> Floats:
     """(3, n) directions to the points of ground and surface from the next camera, also to those at infinity.
 
     A point of a plane stays on it: where it lies is known by the distances of both cameras from the plane.
@@ -51,10 +51,10 @@ def _still_points(towards: Floats, distance: Floats, sight: CameraPose, after: C
     sink = sight.down - after.down
     if level:
         rise = 0.0 if math.isinf(sight.depth) else sight.depth - after.depth
-        sink = np.where(towards[2] < 0.0, rise, after.height - sight.height)
+        sink = np.where(toward[2] < 0.0, rise, after.height - sight.height)
     nearness = 1.0 / distance
     steps = (sight.north - after.north) * nearness, (sight.east - after.east) * nearness, sink * nearness
-    return towards + np.stack(steps)
+    return toward + np.stack(steps)
 
 
 def _carried(points: Floats, glider: Glider, moved: Glider, sight: CameraPose, after: CameraPose) -> Floats:

@@ -30,7 +30,7 @@ from world.sun import Sun
 class SceneCamera:
     """All that a picture depends on except the pose. `visibility` is in m; 0 takes the default of the scene.
 
-    `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture towards the bow.
+    `mount` is where the camera is in its vehicle; by default it looks down, the top of the picture toward the bow.
     `face_width` (px) is that of the square views of 90° that make up a picture; 0 is as fine as the picture itself.
     `water` is one of Jerlov's types, which has a visibility of its own. `lamps` are those of the vehicle; they shine
     under water only. `marine_snow` is how many flakes are in a cubic meter of it. `caustics` is how much light the

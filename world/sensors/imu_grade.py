@@ -71,7 +71,7 @@ class TriadErrors:
     def draw(cls, grade: TriadGrade, draws: Sequence[float]) -> "TriadErrors":
         """One of a grade, from TRIAD_DRAWS standard normals: three for scale, six for misalignment, three for offset.
 
-        Each axis leans towards each other one by an angle of its own, to first order.
+        Each axis leans toward each other one by an angle of its own, to first order.
         """
         s, m, o = grade.scale, grade.misalignment, grade.offset
         return cls(

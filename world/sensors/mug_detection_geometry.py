@@ -19,7 +19,7 @@ HEIGHT_ERROR = 0.01  # share of the height
 ACCURACY = DetectionAccuracy(PIXEL_ERROR, 0.0, ATTITUDE_ERROR, ATTITUDE_ERROR, 0.0, HEIGHT_ERROR, 0.0)
 LOOKING_DOWN: Floats = np.array(
     [[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
-)  # optical frame to body: the top of the picture towards the bow
+)  # optical frame to body: the top of the picture toward the bow
 
 
 class AttitudeAndHeight(NamedTuple):

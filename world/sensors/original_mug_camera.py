@@ -1,7 +1,7 @@
 """The geometry of the first MUGDetectionCamera (TTK22 project, NTNU), as its author wrote it.
 
 Kept for comparison, with its flaws: the camera frame is rotated by twice the heading, the footprint is compared with
-north and east instead of the image's sides, attitude is ignored, pixels are truncated towards the center.
+north and east instead of the image's sides, attitude is ignored, pixels are truncated toward the center.
 """
 
 import math

@@ -6,7 +6,14 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from shoal.campaigns.sampling import Distribution, Scalar, split_value_and_unit
-from shoal.campaigns.search.objective import COUNTED, MAXIMIZE, MINIMIZE, SearchObjective, parse_objective
+from shoal.campaigns.search.objective import (
+    COUNTED,
+    DEPRECATED_KEYS,
+    MAXIMIZE,
+    MINIMIZE,
+    SearchObjective,
+    parse_objective,
+)
 from shoal.campaigns.search.search_space import SearchAxis, make_axis
 from support.located_yaml import Node
 from support.terminal_text import with_suggestion
@@ -22,7 +29,8 @@ class SearchConfig:
     """A search among `axes`, by place. All its runs have the `seed` of the scenario.
 
     Of the runs of the study the first is the scenario as it is, the others are trials, `batch_size` of which follow
-    from those before. Up to `max_shrink_runs` more make the change that breaks it smaller.
+    from those before. Up to `max_shrink_runs` more make the change that breaks it smaller. `deprecations` are warnings
+    about old keys, with file and line.
     """
 
     objective: SearchObjective
@@ -30,6 +38,7 @@ class SearchConfig:
     seed: int
     batch_size: int = AT_A_TIME
     max_shrink_runs: int = SHRINK
+    deprecations: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Entry of the search in a data set."""
@@ -53,12 +62,16 @@ def parse_search(
     node: Node, draft: Any, varied: Mapping[str, Distribution], lines: Mapping[str, Node], fixed: Mapping[str, object]
 ) -> SearchConfig:
     """The search of a study. `lines` are where the distributions are. Raises the error of the tree, with its line."""
-    nodes = node.mapping()
-    for key, item in nodes.items():
-        if key not in KEYS:
+    written = node.mapping()
+    for key, item in written.items():
+        if key not in KEYS and key not in DEPRECATED_KEYS:
             item.fail(with_suggestion(f"search: unknown key {key!r}", key, KEYS))
+    old = {key: DEPRECATED_KEYS[key] for key in written if key in DEPRECATED_KEYS}
+    if both := [key for key, new in old.items() if new in written]:
+        written[both[0]].fail(f"search: {both[0]} and {old[both[0]]} are the same: write {old[both[0]]} only")
+    nodes = {old.get(key, key): item for key, item in written.items()}
     scenario = draft.scenario(fixed)
-    goal = parse_objective(node, scenario)
+    goal = parse_objective(node, nodes, scenario)
     if not varied:
         node.fail("a search needs something to vary: there is no distribution")
     if "shrink" in nodes and not goal.seeks_failure:
@@ -72,7 +85,9 @@ def parse_search(
         except ValueError as error:
             lines[place].fail(f"{place}: {error}")
     at_a_time = _count(nodes, "at a time", 1, MOST_AT_A_TIME, AT_A_TIME)
-    return SearchConfig(goal, axes, scenario.seed, at_a_time, _count(nodes, "shrink", 0, MOST_SHRINK, SHRINK))
+    shrink = _count(nodes, "shrink", 0, MOST_SHRINK, SHRINK)
+    notes = tuple(f"{written[key].where}: search: {key} is deprecated: write {new}" for key, new in old.items())
+    return SearchConfig(goal, axes, scenario.seed, at_a_time, shrink, notes)
 
 
 def _count(nodes: Mapping[str, Node], key: str, least: int, most: int, default: int) -> int:

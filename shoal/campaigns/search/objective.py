@@ -9,7 +9,8 @@ from shoal.campaigns.jobs import ResultRow
 from support.located_yaml import Node
 from support.terminal_text import with_suggestion
 
-MINIMIZE, MAXIMIZE = "minimise", "maximise"
+MINIMIZE, MAXIMIZE = "minimize", "maximize"
+DEPRECATED_KEYS = {"minimise": MINIMIZE, "maximise": MAXIMIZE}
 COUNTED, ALL, PASSED = "of", "all", "passed"
 MARGIN, OF = "margin", "margin of "
 
@@ -63,9 +64,8 @@ def objective_from_dict(about: Mapping[str, Any]) -> SearchObjective:
     return SearchObjective(about["goal"], about["column"], about["largest"], about["only passed"])
 
 
-def parse_objective(node: Node, scenario: Any) -> SearchObjective:
-    """The goal in `{minimise: margin of NAME}` and the like. Raises the error of the tree, with its line."""
-    nodes = node.mapping()
+def parse_objective(node: Node, nodes: Mapping[str, Node], scenario: Any) -> SearchObjective:
+    """The goal in `{minimize: margin of NAME}` and the like. Raises the error of the tree, with its line."""
     ways = [key for key in (MINIMIZE, MAXIMIZE) if key in nodes]
     if len(ways) != 1:
         node.fail(f"a search has either {MINIMIZE} or {MAXIMIZE}: {MARGIN}, {OF}NAME, or metrics.NAME")

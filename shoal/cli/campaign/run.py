@@ -93,6 +93,8 @@ def run(
     with errors_as_messages():
         add_user_task_folders(code, [str(study)])
         plan = load_study(study, fixed=parse_values(values), runs=runs, logs=logs)
+        for text in plan.search.deprecations if plan.search else ():
+            click.echo(f"warning: {printable(text)}", err=True)
         folder = shard_folder(out or Path("campaigns") / plan.name, shard)
         if plan.logs != "none":
             check_log_folder(folder)

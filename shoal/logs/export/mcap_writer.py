@@ -150,7 +150,7 @@ class McapWriter:
         )
 
     def finish(self) -> None:
-        """Write the summary, with which readers find everything; nothing can be added afterwards."""
+        """Write the summary, with which readers find everything; nothing can be added afterward."""
         self._record(records.DataEnd(0))
         start, summary = self._place, RecordBuilder()
         groups: list[records.SummaryOffset] = []

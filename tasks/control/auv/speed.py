@@ -126,7 +126,7 @@ class Speed(Task):
 
     @consume
     def control_speed(self, state: imc.EstimatedState) -> None:
-        """Move the rotation rate towards that of a speed in m/s."""
+        """Move the rotation rate toward that of a speed in m/s."""
         self._stated, self._state = self.now, state
         desired = self._desired
         if desired is None or desired.speed_units != imc.SpeedUnits.METERS_PS:

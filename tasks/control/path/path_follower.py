@@ -74,7 +74,7 @@ class PathFollowerTask(Task):
         0.05, "m/s", "Least speed along the track.", name="Along-track -- Minimum Speed", minimum=0
     )
     along_yaw: float = param(
-        2.0, "°/s", "Least rate of turn towards the path.", name="Along-track -- Minimum Yaw", minimum=0
+        2.0, "°/s", "Least rate of turn toward the path.", name="Along-track -- Minimum Yaw", minimum=0
     )
     watch_cross: bool = param(False, "", "Monitor the distance from the track.", name="Cross-track -- Monitor")
     cross_distance: float = param(

@@ -6,7 +6,7 @@ from tasks.control.path.path_follower import PathFollowerTask
 
 
 class PurePursuit(PathFollowerTask):
-    """Steers towards the end of a straight track, or towards a point ahead on a circle."""
+    """Steers toward the end of a straight track, or toward a point ahead on a circle."""
 
     lookahead: float = param(5.0, "m", "Distance to the point ahead on a circle.", name="Loiter Lookahead", minimum=0.1)
 

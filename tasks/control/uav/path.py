@@ -57,7 +57,7 @@ class Path(Task):
         1.5, "m", "A path is done within this distance of its end.", name="Radius To Endpoint", minimum=0.1
     )
     takeoff_tolerance: float = param(0.5, "m", "A takeoff is done within this distance of its height.", minimum=0.1)
-    gain: float = param(0.8, "1/s", "Speed towards a path per distance from it.", minimum=0.05, maximum=5)
+    gain: float = param(0.8, "1/s", "Speed toward a path per distance from it.", minimum=0.05, maximum=5)
     maximum_speed: float = param(10.0, "m/s", "Highest speed over ground.", minimum=0.1)
     maximum_climb_rate: float = param(2.5, "m/s", "Fastest climb.", minimum=0.1)
     maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)

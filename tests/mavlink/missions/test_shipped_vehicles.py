@@ -145,7 +145,7 @@ def test_a_copter_flies_the_rest_of_a_mission():
 
 def test_a_plan_of_a_console_flies_the_same_as_a_mission():
     plan = parse_plan("""
-plan: harbour
+plan: harbor
 origin: 41.185°, -8.7062°
 speed: 1.5 m/s
 depth: 0

@@ -38,7 +38,7 @@ def everything(state, afloat=True):
     return {name: fields for name, fields in found.items() if fields is not None}
 
 
-def metres(lat, lon, other_lat, other_lon):
+def meters(lat, lon, other_lat, other_lon):
     """North and east in m from one point to another nearby, by the radii of curvature of WGS-84 (Torge 2001, 4.1.3)."""
     a, e2 = 6378137.0, 6.69437999014e-3
     w = math.sqrt(1.0 - e2 * math.sin(lat) ** 2)
@@ -49,7 +49,7 @@ def test_position_is_where_the_vehicle_is_not_its_reference():
     state = imc.EstimatedState(**PORTO, x=300.0, y=-400.0, z=12.0, depth=12.0, vx=1.0, vy=-2.0, vz=0.25, psi=-0.1)
     fields = everything(state)["GLOBAL_POSITION_INT"]
     lat, lon = math.radians(fields["lat"] * 1e-7), math.radians(fields["lon"] * 1e-7)
-    assert metres(PORTO["lat"], PORTO["lon"], lat, lon) == pytest.approx((300.0, -400.0), abs=0.1)
+    assert meters(PORTO["lat"], PORTO["lon"], lat, lon) == pytest.approx((300.0, -400.0), abs=0.1)
     assert (fields["alt"], fields["relative_alt"]) == (-12000, -12000)
     assert (fields["vx"], fields["vy"], fields["vz"]) == (100, -200, 25)
     assert fields["hdg"] == round((360.0 - math.degrees(0.1)) * 100)
@@ -92,7 +92,7 @@ def test_local_position_counts_from_home_also_after_a_new_reference():
     later = imc.EstimatedState(lat=PORTO["lat"] + 1e-4, lon=PORTO["lon"], height=55.0, x=1.0, y=2.0, depth=3.0, z=3.0)
     _, place = located(later, home=home)
     fields = from_imc.local_position(later, place, home, 0)
-    north, east = metres(PORTO["lat"], PORTO["lon"], place.lat, place.lon)
+    north, east = meters(PORTO["lat"], PORTO["lon"], place.lat, place.lon)
     assert (fields["x"], fields["y"], fields["z"]) == (pytest.approx(north, abs=0.2), pytest.approx(east, abs=0.2), 3.0)
 
 

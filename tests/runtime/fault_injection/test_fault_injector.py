@@ -95,7 +95,7 @@ def test_a_silent_task_tells_only_of_itself_and_goes_on_afterwards():
         f"fault of {run.task.name}: silent, for 2 s",
         f"fault of {run.task.name} ends: silent",
     ]
-    assert not {"publish", "publish_frame", "start"} & vars(run.task).keys(), "afterwards the task is as before"
+    assert not {"publish", "publish_frame", "start"} & vars(run.task).keys(), "afterward the task is as before"
 
 
 def test_only_the_named_messages_are_silent():

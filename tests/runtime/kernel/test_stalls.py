@@ -131,12 +131,12 @@ def test_what_waits_for_a_span_of_time_gets_the_rest_of_it_after_a_stall_but_a_s
 
     kernel.after(2.4, note, "runs out soon")
     kernel.after(6.5, note, "runs out late")
-    kernel.after(7.5, note, "runs out afterwards")
+    kernel.after(7.5, note, "runs out afterward")
     kernel.at(begun + 3 * SECOND, note, "time of day")
     kernel.run(until=START + 10 * SECOND)
     assert found["runs out soon"] == pytest.approx(7.4, abs=0.15)
     assert found["runs out late"] == pytest.approx(8.0)
-    assert found["runs out afterwards"] == pytest.approx(8.0)
+    assert found["runs out afterward"] == pytest.approx(8.0)
     assert found["time of day"] == pytest.approx(7.0)
 
 

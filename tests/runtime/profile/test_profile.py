@@ -55,7 +55,7 @@ def test_a_tree_in_the_manner_of_dune() -> None:
         "hardware/box/basic.ini",
     ]
     assert (mantaray.name, mantaray.vehicle, mantaray.system_id) == ("lauv-mantaray-7", "lauv-mantaray-7", 0x1F)
-    assert mantaray.systems == {"lauv-mantaray-7": 0x1F, "ccu-harbour": 16417}
+    assert mantaray.systems == {"lauv-mantaray-7": 0x1F, "ccu-harbor": 16417}
     assert values(mantaray)["Transports.Speaker"] == {
         "Enabled": "Always",
         "Entity Label": "Speaker",

@@ -62,11 +62,11 @@ def test_vehicles_start_in_rows_from_west_to_east(tmp_path: Path) -> None:
     made = roster(tmp_path, FLEET)
     places = [tuple(map(float, option(member, "Initial Position").split(","))) for member in made.vehicles]
     assert places[0] == pytest.approx((41.2, -8.7), abs=1e-7)
-    metre = math.degrees(1 / 6378137)
-    assert places[1][1] - places[0][1] == pytest.approx(30 * metre / math.cos(math.radians(41.2)), rel=0.01)
-    assert places[10][0] - places[0][0] == pytest.approx(30 * metre, rel=0.01), "the second row"
+    meter = math.degrees(1 / 6378137)
+    assert places[1][1] - places[0][1] == pytest.approx(30 * meter / math.cos(math.radians(41.2)), rel=0.01)
+    assert places[10][0] - places[0][0] == pytest.approx(30 * meter, rel=0.01), "the second row"
     assert places[-2] == pytest.approx((41.3, -8.8), abs=1e-7), "a place of its own"
-    assert places[-1][1] - places[-2][1] == pytest.approx(30 * metre / math.cos(math.radians(41.3)), rel=0.01)
+    assert places[-1][1] - places[-2][1] == pytest.approx(30 * meter / math.cos(math.radians(41.3)), rel=0.01)
 
 
 GROUPS = """

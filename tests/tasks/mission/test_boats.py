@@ -18,7 +18,7 @@ CONTROLLERS = {
     "otter": ("Control.ASV.HeadingAndSpeed",),
     "caravel": ("Control.ASV.Conventional.Heading", "Control.ASV.Conventional.Speed"),
 }
-HARBOUR = Path(__file__).parents[2] / "data/plans/harbour.yaml"
+HARBOR = Path(__file__).parents[2] / "data/plans/harbor.yaml"
 CURRENT = ("Simulators.StreamVelocity:Default Speed East=0.3",)
 NORTHWARD = ("Simulators.StreamVelocity:Default Speed North=0.3",)
 WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.Wind:Gusts=1")
@@ -28,7 +28,7 @@ WIND = ("Simulators.Wind:Speed=6", "Simulators.Wind:Direction=45", "Simulators.W
 @pytest.mark.computing
 @pytest.mark.parametrize(("boat", "corner"), [("otter", 2.5), ("caravel", 3.5)])
 def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
-    voyage = sail(boat, load_plan(HARBOUR))
+    voyage = sail(boat, load_plan(HARBOR))
     assert voyage.report.completed, voyage.report.reason
     assert voyage.report.maneuvers == ["Goto1", "Goto2", "Goto3", "StationKeeping4"]
     assert voyage.report.deepest == 0.0

@@ -100,7 +100,7 @@ def test_position_velocity_and_current_are_found_in_circles():
 
 @pytest.mark.heavy
 def test_it_is_not_surer_than_it_may_be():
-    """Normalised squared errors of the position, over seeds and seconds; fixes claim 2 m and have it."""
+    """Normalized squared errors of the position, over seeds and seconds; fixes claim 2 m and have it."""
     ratios = []
     for seed in range(5):
         run = navigate(sensors(50.0, noise=math.sqrt(2.0), seed=seed))

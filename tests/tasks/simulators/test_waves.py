@@ -15,7 +15,7 @@ from support.rotations import body_rates, rotation, to_ned
 from tasks.simulators.vsim import VSIM
 from tests.tasks.mission.boats import BOATS, LAT, LON, goto, plan_of, sail
 
-HARBOUR = Path(__file__).parents[2] / "data/plans/harbour.yaml"
+HARBOR = Path(__file__).parents[2] / "data/plans/harbor.yaml"
 MODELS = read_sections(Path(__file__).parents[3] / "etc/common/vsim-models.ini")
 HEIGHT = 0.5  # m
 WAVES = (f"World:Wave Height={HEIGHT}",)
@@ -33,7 +33,7 @@ def ran(boat, seconds, folder):
 @pytest.mark.heavy
 @pytest.mark.parametrize(("boat", "corner"), [("otter", 4.0), ("caravel", 5.0)])
 def test_a_plan_is_carried_out_in_waves(boat, corner):
-    voyage = sail(boat, load_plan(HARBOUR), *WAVES)
+    voyage = sail(boat, load_plan(HARBOR), *WAVES)
     assert voyage.report.completed, voyage.report.reason
     states = voyage.of(imc.SimulatedState)
     straight = [abs(m.y) for m in states if 20.0 < m.x < 48.0 and m.y < 20.0 and abs(m.psi) < 1.0]

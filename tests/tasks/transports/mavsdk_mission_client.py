@@ -91,14 +91,14 @@ async def fly(system, kind):
     async def mode(name):
         return (await first(telemetry.subscribe_flight_mode(), lambda mode: mode.name == name)).name
 
-    async def near(north, east, metres):
+    async def near(north, east, meters):
         def close(p):
             return (
                 math.hypot(
                     (p.latitude_deg - home.latitude_deg) / NORTH - north,
                     (p.longitude_deg - home.longitude_deg) / EAST - east,
                 )
-                < metres
+                < meters
             )
 
         return (await first(telemetry.subscribe_position(), close)).relative_altitude_m

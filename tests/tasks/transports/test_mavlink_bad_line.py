@@ -38,11 +38,11 @@ class Watched:
         if asked:
             self.plans.append((len(self.truths), message.plan_id))
 
-    def wait_near(self, north, east, metres):
+    def wait_near(self, north, east, meters):
         """Wait until it is near a place (m) from where it began."""
         first = self.truths[0]
         until(
-            lambda: math.hypot(self.truths[-1].x - first.x - north, self.truths[-1].y - first.y - east) < metres,
+            lambda: math.hypot(self.truths[-1].x - first.x - north, self.truths[-1].y - first.y - east) < meters,
             PATIENCE,
             told=lambda: f"{self.truths[-1]} of {first}",
         )

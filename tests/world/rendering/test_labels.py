@@ -124,12 +124,12 @@ def test_what_the_border_cuts_off_is_that_of_rays_all_around(trial):
     turn = ray_caster.camera_frame(trial.standpoint, trial.mount)
     for box in trial.found.boxes:
         (glider,) = (each for each in GLIDERS if each.id == box.instance)
-        towards = turn[:3, :3].T @ (np.array((glider.north, glider.east, -glider.height)) - turn[:3, 3])
-        spread = min(2.0, glider.length / np.linalg.norm(towards))
-        near = rays * spread + towards / np.linalg.norm(towards)
+        toward = turn[:3, :3].T @ (np.array((glider.north, glider.east, -glider.height)) - turn[:3, 3])
+        spread = min(2.0, glider.length / np.linalg.norm(toward))
+        near = rays * spread + toward / np.linalg.norm(toward)
         lengths = np.linalg.norm(near, axis=1, keepdims=True)
-        # Drawn in a ball around the direction, rays are densest towards its middle: weigh them back.
-        cosine = (near / lengths) @ towards / np.linalg.norm(towards)
+        # Drawn in a ball around the direction, rays are densest toward its middle: weigh them back.
+        cosine = (near / lengths) @ toward / np.linalg.norm(toward)
         hits = np.isfinite(ray_caster.march(turn[:3, 3], near / lengths @ turn[:3, :3].T, glider))
         bins = np.minimum((np.arccos(np.clip(cosine, -1, 1)) / 0.02).astype(int), 157)
         rings = np.cos(np.arange(158) * 0.02) - np.cos(np.arange(1, 159) * 0.02)

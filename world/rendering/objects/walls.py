@@ -61,7 +61,7 @@ def _colors(
     length = math.hypot(bn - an, be - ae)
     cos, sin = (bn - an) / length, (be - ae) / length
     along, aside = (points[0] - an) * cos + (points[1] - ae) * sin, an * sin - ae * cos
-    towards = (-sin, cos) if aside > 0.0 else (sin, -cos)  # where its side that is seen looks to
+    toward = (-sin, cos) if aside > 0.0 else (sin, -cos)  # where its side that is seen looks to
     layer = scene.bottom_layers[0]
     print_ = TextureSampler(
         layer, TexturedPlane(1, 1.0, scene.bottom_layers, np.empty(0, dtype=np.uint32)), 1.0, (0.0, 0.0), 0.0
@@ -74,6 +74,6 @@ def _colors(
         (values / layer.texel + far).astype(np.int32) for values, far in ((along, 1 << 20), (pose.depth + points[2], 0))
     )
     tones = (print_.sample(column, row, level) % TONES).astype(np.float32) / (TONES - 1)
-    lit, veil = scene.ground_and_veil_light(pose, lights, points, scene.daylight_share_by_normal(*towards, 0.0))
+    lit, veil = scene.ground_and_veil_light(pose, lights, points, scene.daylight_share_by_normal(*toward, 0.0))
     linear = ((DARK + (BRIGHT - DARK) * tones) * lit).astype(np.float32)
     return rgba_words(linear, veil.astype(np.float32))

@@ -95,7 +95,7 @@ def test_content_travels_and_not_the_files(grid, study, tmp_path, absolute):
 
 
 def test_a_search_has_the_same_trials(grid, study, tmp_path):
-    study.write_text(DIVES.replace("runs: 12", "runs: 6\nsearch: {maximise: metrics.pitch}"))
+    study.write_text(DIVES.replace("runs: 12", "runs: 6\nsearch: {maximize: metrics.pitch}"))
     here = run_study(load_study(study), tmp_path / "here", workers=1)
     there = run_study(load_study(study), tmp_path / "there", on=grid.address)
     assert comparable(there) == comparable(here)

@@ -29,7 +29,7 @@ vary:
   {NORTH}: {{uniform: [-1 m/s, 1 m/s]}}
   {EAST}: {{normal: [0, 0.3]}}
   {GPS}: {{integer: [1, 9]}}
-search: {{minimise: margin of stays, shrink: 40}}
+search: {{minimize: margin of stays, shrink: 40}}
 runs: 30
 seed: 5
 """

@@ -54,15 +54,16 @@ def test_it_goes_from_one_end_of_a_distribution_to_the_other(text, low, high, or
             ("margin of stays", "margins.stays"),
             r"l:6: the scenario has no margin or metric 'margins.stays'",
         ),
-        (("minimise", "minimize"), r"l:6: search: unknown key 'minimize'.*'minimise'"),
-        (("minimise: margin of stays, ", ""), r"l:6: a search has either minimise or maximise"),
-        (("shrink: 40", "maximise: margin"), r"l:6: a search has either minimise or maximise"),
+        (("minimize", "minimum"), r"l:6: search: unknown key 'minimum'.*'minimize'"),
+        (("shrink: 40", "minimise: margin"), r"l:6: search: minimise and minimize are the same: write minimize only"),
+        (("minimize: margin of stays, ", ""), r"l:6: a search has either minimize or maximize"),
+        (("shrink: 40", "maximize: margin"), r"l:6: a search has either minimize or maximize"),
         (("shrink: 40", "shrink: -1"), r"l:6: shrink: expected 0 to 100000, not -1"),
         (
-            ("minimise: margin of stays", "maximise: margin"),
+            ("minimize: margin of stays", "maximize: margin"),
             r"l:6: shrink has no effect: only a search for the smallest",
         ),
-        (("minimise: margin of stays", "minimise: metrics.far"), r"l:6: shrink has no effect"),
+        (("minimize: margin of stays", "minimize: metrics.far"), r"l:6: shrink has no effect"),
         (("shrink: 40", "at a time: 0"), r"l:6: at a time: expected 1 to 1000, not 0"),
         (("shrink: 40", "of: pass"), r"l:6: of: expected all or passed, not 'pass'.*'passed'"),
         (("shrink: 40", "of: passed"), r"l:6: a run that passes has no margin that fails"),
@@ -70,7 +71,7 @@ def test_it_goes_from_one_end_of_a_distribution_to_the_other(text, low, high, or
         (("runs: 30", "sampling: saltelli"), r"l:7: search and sampling exclude each other"),
         (("integer: [1, 9]", "grid: [1, 9]"), r"l:5: .*HACC: a search chooses values itself: .* instead of grid"),
         (("integer: [1, 9]", "choice: [3]"), r"l:5: .*HACC: a search needs two values at least"),
-        (("search: {minimise: margin of stays, shrink: 40}", "search: margin"), r"l:6: expected a mapping"),
+        (("search: {minimize: margin of stays, shrink: 40}", "search: margin"), r"l:6: expected a mapping"),
     ],
 )
 def test_a_search_that_makes_no_sense_is_refused_at_its_line(tmp_path, change, words):
@@ -79,8 +80,19 @@ def test_a_search_that_makes_no_sense_is_refused_at_its_line(tmp_path, change, w
         load_study(path)
 
 
+@pytest.mark.parametrize(("old", "new"), [("minimise", "minimize"), ("maximise", "maximize")])
+def test_a_british_key_works_and_is_reported_with_its_line(tmp_path, old, new):
+    current = load_study(write(tmp_path, STUDY.replace("minimize: margin of stays, shrink: 40", f"{new}: metrics.far")))
+    found = load_study(write(tmp_path, STUDY.replace("minimize: margin of stays, shrink: 40", f"{old}: metrics.far")))
+    assert found.search.objective == current.search.objective
+    assert found.digest == current.digest, "a campaign begun with the old key is resumed with the new one"
+    assert current.search.deprecations == ()
+    (text,) = found.search.deprecations
+    assert text.endswith(f"l:6: search: {old} is deprecated: write {new}")
+
+
 def test_a_search_of_nothing_is_refused(tmp_path):
-    text = "scenario: dive.scenario.yaml\nsearch: {minimise: margin}\n"
+    text = "scenario: dive.scenario.yaml\nsearch: {minimize: margin}\n"
     with pytest.raises(StudyFileError, match="l:2: a search needs something to vary"):
         load_study(write(tmp_path, text))
     bare = SCENARIO[: SCENARIO.index("expect:")] + "limit: 20 s\n"

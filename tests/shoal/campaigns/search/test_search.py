@@ -153,16 +153,16 @@ def test_the_page_has_no_pass_rate(found):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("goal", "kind"), [("minimise", "smallest"), ("maximise", "largest")])
+@pytest.mark.parametrize(("goal", "kind"), [("minimize", "smallest"), ("maximize", "largest")])
 def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
-    text = STUDY.replace("minimise: margin of stays, shrink: 40", f"{goal}: metrics.far")
+    text = STUDY.replace("minimize: margin of stays, shrink: 40", f"{goal}: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
     _, _, part = campaign_html(data, data.folder).partition(f"<h2>The 20 runs with the {kind} metrics.far</h2>")
     listed = re.findall(r'<tr><td class="n">(\d+)</td><td class="n">([^<]+)</td>', part)
     assert int(listed[0][0]) == compute_findings(data).best["run"]
     values = [float(value) for _, value in listed]
     assert len(values) == 20
-    assert values == sorted(values, reverse=goal == "maximise")
+    assert values == sorted(values, reverse=goal == "maximize")
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_the_page_lists_the_best_runs(tmp_path, goal, kind):
 )
 def test_a_value_without_a_unit_is_in_that_of_the_study(tmp_path, place, before, vary, default):
     scenario = SCENARIO.replace("north: 0.1 m/s", before) + "events: [{at: 5, silent: Simulators.GPS/Kinematic}]\n"
-    text = f"scenario: dive.scenario.yaml\nvary: {{{place}: {{uniform: {vary}}}}}\nsearch: {{minimise: metrics.far}}\n"
+    text = f"scenario: dive.scenario.yaml\nvary: {{{place}: {{uniform: {vary}}}}}\nsearch: {{minimize: metrics.far}}\n"
     write(tmp_path, text)
     (tmp_path / "dive.scenario.yaml").write_text(scenario)
     assert load_study(tmp_path / "dive.study.yaml", has_begun=True).search.axes[place].default == default
@@ -185,7 +185,7 @@ def test_a_value_without_a_unit_is_in_that_of_the_study(tmp_path, place, before,
 
 @pytest.mark.heavy
 def test_the_best_parameters_are_options_of_a_profile(tmp_path):
-    text = STUDY.replace("minimise: margin of stays, shrink: 40", "minimise: metrics.far")
+    text = STUDY.replace("minimize: margin of stays, shrink: 40", "minimize: metrics.far")
     data = do(write(tmp_path, text), tmp_path / "runs")
     shown = compute_findings(data)
     assert shown.best["passed"]  # north below -0.9 would be better, but does not dive
@@ -211,7 +211,7 @@ def test_a_gain_in_a_list_is_tuned(tmp_path):
     gains = "Control.AUV.Attitude: {Heading PID Gains: [1.5, 0, 0.15]}, Control.Path"
     text = SCENARIO.replace("modes: Kinematic", "modes: Simulation").replace("Control.Path", gains)
     study = (
-        f"scenario: dive.scenario.yaml\nvary: {{{gain}: {{uniform: [0.5, 3]}}}}\nsearch: {{minimise: metrics.far}}\n"
+        f"scenario: dive.scenario.yaml\nvary: {{{gain}: {{uniform: [0.5, 3]}}}}\nsearch: {{minimize: metrics.far}}\n"
     )
     data = do(write(tmp_path, study, text), tmp_path / "runs", make=partial(Slope, gain=gain), runs=4)
     [(place, best)] = compute_findings(data).changed_values_of_run(compute_findings(data).best).items()
@@ -244,7 +244,7 @@ def test_what_ends_with_an_error_is_no_finding_about_one_expectation(tmp_path):
 
 @pytest.mark.heavy
 def test_all_combinations_are_tried_once_and_then_it_ends(tmp_path):
-    text = f"scenario: dive.scenario.yaml\nvary: {{{GPS}: {{choice: [3, 2, 7]}}}}\nsearch: {{minimise: metrics.far}}\n"
+    text = f"scenario: dive.scenario.yaml\nvary: {{{GPS}: {{choice: [3, 2, 7]}}}}\nsearch: {{minimize: metrics.far}}\n"
     data = do(write(tmp_path, text), tmp_path / "runs")
     assert sorted(row[f"values.{GPS}"] for row in data.counted_rows[1:]) == [3, 7]  # 2 is that of the scenario
     assert compute_findings(data).best[f"values.{GPS}"] == 7

@@ -41,7 +41,7 @@ def load(folder, place, distribution, more="", scenario=SCENARIO):
         (
             "events/0/for",
             "{uniform: [-0.01, 9]}",
-            "search: {minimise: margin}",
+            "search: {minimize: margin}",
             "3: events/0/for = -0.01: .* not a time",
         ),
         ("events/0/at", "{choice: [1 s, 2 s, -1 s]}", "", r"3: events/0/at = -1.0 s in run \d+: "),
@@ -79,7 +79,7 @@ def test_values_that_do_not_go_together_are_a_failed_row_with_the_reason(tmp_pat
         assert not (row in wrong and row["passed"])
 
 
-@pytest.mark.parametrize("more", ["runs: 100\n", "search: {minimise: margin}\n"])
+@pytest.mark.parametrize("more", ["runs: 100\n", "search: {minimize: margin}\n"])
 def test_values_that_only_sometimes_go_together_are_no_mistake(tmp_path, more):
     """Some starts are later than the end of the scenario, and later than that of the first run."""
     wide = "  expect/0/to: {uniform: [1.5, 2.5]}\nseed: 6\n"

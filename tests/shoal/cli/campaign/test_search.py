@@ -5,7 +5,7 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
-from shoal.campaigns import Job, ScenarioRunner, compute_findings, open_results
+from shoal.campaigns import Job, ScenarioRunner, compute_findings, open_results, run
 from shoal.cli import main
 
 SCENARIO = """\
@@ -23,7 +23,7 @@ scenario: rest.scenario.yaml
 vary:
   world/current/north: {uniform: [-1 m/s, 1 m/s]}
   world/current/east: {uniform: [-1 m/s, 1 m/s]}
-search: {minimise: margin of stays near, at a time: 3, shrink: 12}
+search: {minimize: margin of stays near, at a time: 3, shrink: 12}
 runs: 7
 seed: 3
 """
@@ -117,12 +117,24 @@ def test_the_number_of_runs_cannot_be_changed(told):
 
 
 @pytest.mark.heavy
+def test_a_deprecated_key_gives_a_warning_with_file_and_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rest.scenario.yaml").write_text(SCENARIO)
+    (tmp_path / "rest.study.yaml").write_text(STUDY.replace("minimize", "minimise").replace("runs: 7", "runs: 2"))
+    done = shoal("campaign", "rest.study.yaml", "-j", 0)
+    assert done.exit_code == 0, done.output
+    assert "warning: rest.study.yaml:5: search: minimise is deprecated: write minimize" in done.stderr
+    with pytest.warns(DeprecationWarning, match=r"rest\.study\.yaml:5: search: minimise is deprecated: write minimize"):
+        run("rest.study.yaml", workers=0)
+
+
+@pytest.mark.heavy
 def test_parameters_are_tuned(place, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rest.scenario.yaml").write_text(SCENARIO)
     option = "vehicle/parameters/Simulators.EstimatedState/Current North"
     vary = f"{{{option}: {{uniform: [0.05, 0.2]}}}}"
-    study = f"scenario: rest.scenario.yaml\nvary: {vary}\nsearch: {{maximise: metrics.far}}\nruns: 4\n"
+    study = f"scenario: rest.scenario.yaml\nvary: {vary}\nsearch: {{maximize: metrics.far}}\nruns: 4\n"
     (tmp_path / "rest.study.yaml").write_text(study)
     done = shoal("campaign", "rest.study.yaml", "-j", 0)
     assert done.exit_code == 0, done.output

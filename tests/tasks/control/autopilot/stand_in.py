@@ -62,7 +62,7 @@ class StandIn(Commands, Telemetry):
         self.gps, self.battery, self.refused, self.deaf, self.mumbles = True, 80.0, {}, set(), False
         self.unheard = set()
         self.silent_until, self.beat_due, self.input = 0.0, 0.0, None
-        self.afterwards, self.ignored = [], {}
+        self.afterward, self.ignored = [], {}
         self.diary, self.written = options.diary and Path(options.diary), 0.0
         self.boot()
 
@@ -173,7 +173,7 @@ class StandIn(Commands, Telemetry):
             if motion.kind == "plane":
                 return motion.around(0.0, 0.0, 50.0, 60.0, 1, self.flight_speed())
             away = math.hypot(*motion.at[:2])
-            return motion.towards((0.0, 0.0, motion.at[2]), self.cruise) if away > 0.5 else (0.0, 0.0, -1.0)
+            return motion.toward((0.0, 0.0, motion.at[2]), self.cruise) if away > 0.5 else (0.0, 0.0, -1.0)
         if motion.kind == "plane" and not self.px4 and mode == modes["takeoff"]:
             motion.at[2] = max(motion.at[2], 0.11)
             return math.cos(motion.heading) * 15.0, math.sin(motion.heading) * 15.0, 2.5
@@ -184,7 +184,7 @@ class StandIn(Commands, Telemetry):
             return motion.velocity if motion.kind == "plane" else (0.0, 0.0, 0.0)
         if mode == modes.get("takeoff") and abs(self.target[2] - motion.at[2]) < 0.5:
             self.mode = modes["hold"]  # at the height of the takeoff
-        return motion.towards(self.target, self.flight_speed() if motion.kind == "plane" else self.cruise)
+        return motion.toward(self.target, self.flight_speed() if motion.kind == "plane" else self.cruise)
 
     def touched_down(self):
         if self.motion.airspeed < 0.5:

@@ -31,8 +31,8 @@ class Commands:
             self.link.command_ack_send(m.command + 1, DENIED, 0, 0, *to)
             self.link.command_ack_send(m.command, DENIED, 0, 0, 255, 190)
         self.link.command_ack_send(m.command, result, 0, 0, *to)
-        while self.afterwards:
-            self.afterwards.pop(0)()
+        while self.afterward:
+            self.afterward.pop(0)()
 
     def obey(self, m, whole):
         if m.command in (192, 34) and not whole:
@@ -50,7 +50,7 @@ class Commands:
 
     def request_message(self, m):
         if m.param1 == VERSION:
-            self.afterwards.append(self.tell_version)
+            self.afterward.append(self.tell_version)
         return ACCEPTED
 
     def set_mode(self, m):
@@ -120,7 +120,7 @@ class Commands:
         if name == "mission" and mode != self.mode:
             self.store.started = self.flying
         self.switch(mode)
-        self.afterwards.append(self.tell_heartbeat)
+        self.afterward.append(self.tell_heartbeat)
         return ACCEPTED
 
     def switch(self, mode):
@@ -144,7 +144,7 @@ class Commands:
                 self.say("Arm: mode not armable")
                 return FAILED
             self.armed_at, self.has_flown = self.now, False
-            self.afterwards.append(self.tell_arming)
+            self.afterward.append(self.tell_arming)
         if not wanted and self.flying and not forced:
             return FAILED
         self.armed = wanted

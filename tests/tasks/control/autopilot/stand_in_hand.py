@@ -17,7 +17,7 @@ def parse_options(arguments=None):
     parser.add_argument("--system", type=int, default=7)
     parser.add_argument("--speed", type=float, default=1.0)
     parser.add_argument("--north", type=float, default=0.0)
-    parser.add_argument("--wind", type=float, default=0.0, help="m/s towards the north")
+    parser.add_argument("--wind", type=float, default=0.0, help="m/s toward the north")
     parser.add_argument("--loss", type=float, default=0.0, help="part of the messages that is lost, each way")
     parser.add_argument("--seed", type=int, default=7, help="of what is lost")
     parser.add_argument("--of-loss", type=float, default=1.0, help="s without setpoints that end offboard")

@@ -121,7 +121,7 @@ class Store:
             return self.turn(command, p1, p3, north, east, z, away)
         if near and command in (WAYPOINT, TIME, LAND):
             self.wait(p1 if command != LAND else 0.0)
-        return motion.towards((north, east, z), a.cruise)
+        return motion.toward((north, east, z), a.cruise)
 
     def climb(self, height, pitch):
         motion = self.autopilot.motion
@@ -138,7 +138,7 @@ class Store:
         a, motion = self.autopilot, self.autopilot.motion
         if motion.kind != "plane":
             if away > 1.0 and self.since is None:
-                return motion.towards((north, east, motion.at[2]), a.cruise)
+                return motion.toward((north, east, motion.at[2]), a.cruise)
             self.since = self.since or a.now
             return (0.0, 0.0, -1.0)
         if motion.at[2] <= 0.1:

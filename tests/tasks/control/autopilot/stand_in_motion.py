@@ -42,7 +42,7 @@ class Motion:
     def noisy(self, value, scale=1.0):
         return value + self.random.gauss(0.0, NOISE * scale)
 
-    def towards(self, target, cruise):
+    def toward(self, target, cruise):
         """The velocity to a place, slowing down before it."""
         gap = [b - a for a, b in zip(self.at, target, strict=True)]
         away = math.hypot(gap[0], gap[1])

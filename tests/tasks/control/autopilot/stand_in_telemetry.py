@@ -125,7 +125,7 @@ class Telemetry:
             self.link.highres_imu_send(ms * 1000, 0.0, 0.0, -9.81, 0, 0, 0, 0.2, 0, 0.4, 1000, 0, 0, 20, 0x1FFF)
 
     def tell_168(self, ms):
-        wind = self.options.wind  # towards the north
+        wind = self.options.wind  # toward the north
         self.link.wind_send(180.0 if wind > 0.0 else 0.0, abs(wind), 0.0)
 
     def tell_231(self, ms):

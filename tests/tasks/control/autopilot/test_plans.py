@@ -41,7 +41,7 @@ def fly(body, profile, kind, plan, *options, reach=2.5, patience=60.0, **more):
 
 
 HOP, SQUARE = documented("hop", "autopilot.md"), documented("square", "aerial.md")
-HARBOUR, TRIANGLE = documented("harbour", "surface.md"), documented("triangle", "mission.md")
+HARBOR, TRIANGLE = documented("harbor", "surface.md"), documented("triangle", "mission.md")
 HEAVY = pytest.mark.heavy
 SLOW = "--of-loss", "20"  # a busy computer sends late
 
@@ -82,7 +82,7 @@ def test_a_copter_carries_out_the_plans_of_the_documents(body, kind, plan, more)
     ],
 )
 def test_rovers_and_boats_carry_out_the_plan_of_the_boats(body, kind, more):
-    fly(body, "autopilot-rover", kind, HARBOUR, *SLOW, reach=4.5, overrides=[*PATIENT, *more])
+    fly(body, "autopilot-rover", kind, HARBOR, *SLOW, reach=4.5, overrides=[*PATIENT, *more])
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def test_the_water_throws_light_back_as_the_integral_says():
     for color in range(3):
         glare = np.sum(lux * np.exp(-MURKY[color] * (s + away))) * 1.95 / 40000
         assert found[color, 31, 31] == pytest.approx(0.5 * backward[color] * glare, rel=0.02)
-    assert np.argmax(found[1, :, 31]) < 31  # towards the bow, where the lamp is
+    assert np.argmax(found[1, :, 31]) < 31  # toward the bow, where the lamp is
 
 
 def test_a_night_without_lamps_is_black_and_with_them_it_is_not():

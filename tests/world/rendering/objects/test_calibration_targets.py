@@ -54,9 +54,9 @@ def standpoints(number, spread, seed=1):
         height, (roll, pitch), yaw = random.uniform(0.4, 0.8), random.uniform(-0.5, 0.5, 2), random.uniform(-0.4, 0.4)
         off, bearing = spread * math.sqrt(random.random()), random.uniform(-math.pi, math.pi)
         ray = np.array([math.sin(off) * math.cos(bearing), math.sin(off) * math.sin(bearing), math.cos(off)])
-        towards = np.array(rotation(roll, pitch, yaw)) @ ray
-        if towards[2] > 0.3:
-            north, east = -towards[:2] / towards[2] * height
+        toward = np.array(rotation(roll, pitch, yaw)) @ ray
+        if toward[2] > 0.3:
+            north, east = -toward[:2] / toward[2] * height
             yield ScenePose(north, east, height + RISE, 5.0, roll, pitch, yaw)
             number -= 1
 

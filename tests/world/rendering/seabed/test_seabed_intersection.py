@@ -31,14 +31,14 @@ def hills():
     return Bathymetry(rows, 20.0, 25.0)
 
 
-def harbour():
+def harbor():
     """The soundings of the shipped AUV."""
     sea = read_world(load_profile("lauv-noptilus-1").value).seabed
     assert sea is not None
     return sea
 
 
-SEAS = {"hills": (hills(), (0.0, 0.0, 3.5)), "harbour": (harbour(), (24.0, 30.0, 2.0))}
+SEAS = {"hills": (hills(), (0.0, 0.0, 3.5)), "harbor": (harbor(), (24.0, 30.0, 2.0))}
 
 
 def standpoint(sea, north, east, depth, **angles):
@@ -125,8 +125,8 @@ class Trial:
 VIEWS = [
     pytest.param(("hills", FISHEYE, DOWN), id="hills", marks=pytest.mark.heavy),
     pytest.param(("hills", PINHOLE, AHEAD), id="hills ahead"),
-    pytest.param(("harbour", FISHEYE, DOWN), id="harbour", marks=pytest.mark.heavy),
-    pytest.param(("harbour", PINHOLE, AHEAD), id="harbour ahead"),
+    pytest.param(("harbor", FISHEYE, DOWN), id="harbor", marks=pytest.mark.heavy),
+    pytest.param(("harbor", PINHOLE, AHEAD), id="harbor ahead"),
 ]
 
 
@@ -215,14 +215,14 @@ def test_a_point_of_the_ground_is_shown_where_it_projects_to(name, optics):
 @pytest.mark.heavy
 def test_pictures_do_not_depend_on_where_the_camera_was_before():
     sea, (north, east, depth) = SEAS["hills"]
-    travelled, fresh = (SceneCamera(FISHEYE, 64, seabed=sea, walls=WALLS) for _ in range(2))
+    traveled, fresh = (SceneCamera(FISHEYE, 64, seabed=sea, walls=WALLS) for _ in range(2))
     for k in range(6):
-        travelled.take_picture(standpoint(sea, north + 9.0 * k, east - 5.0 * k, depth))
+        traveled.take_picture(standpoint(sea, north + 9.0 * k, east - 5.0 * k, depth))
     pose = standpoint(sea, north, east, depth, roll=0.3)
-    np.testing.assert_array_equal(travelled.take_picture(pose), fresh.take_picture(pose))
-    for ours, theirs in zip(travelled.split_into_bands(3), fresh.split_into_bands(3), strict=True):
+    np.testing.assert_array_equal(traveled.take_picture(pose), fresh.take_picture(pose))
+    for ours, theirs in zip(traveled.split_into_bands(3), fresh.split_into_bands(3), strict=True):
         np.testing.assert_array_equal(ours.take_picture(pose), theirs.take_picture(pose))
-    mine, other = travelled.labels(pose), fresh.labels(pose)
+    mine, other = traveled.labels(pose), fresh.labels(pose)
     np.testing.assert_array_equal(mine.distance, other.distance)
 
 
