@@ -11,7 +11,7 @@ Bits = imc.OpLimitsMask
 
 # m above the maximum depth
 REFERENCE_MARGIN = 1.0  # the deepest reference of Control.AUV.Attitude
-FLOOR_MARGIN = 0.5  # where Control.AUV.Attitude holds the vehicle whatever is desired
+FLOOR_MARGIN = 0.5  # where Control.AUV.Attitude holds the vehicle for any reference
 YOYO_MARGIN = 3.0  # the deepest turn of Maneuver.YoYo
 PLAN_MARGIN = 1.0  # the deepest maneuver of a plan
 MAVLINK_MARGIN = 1.0  # the deepest place to which a ground station may send the vehicle

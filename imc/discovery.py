@@ -97,7 +97,7 @@ class Services:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The services in the text of an Announce, whatever it contains; never raises."""
+        """The services in the text of an Announce; malformed text gives none. Never raises."""
         uris = [uri for uri in text.split(";", 4 * MOST_SERVICES) if uri.strip()]
         each: list[Service] = []
         for uri in uris[:MOST_SERVICES]:

@@ -286,7 +286,7 @@ def mode_number(name: str, kind: int, flavor: Flavor, enumerations: Mapping[str,
 
 
 def is_maneuvering(vehicle: imc.VehicleState | None) -> bool:
-    """Whether the vehicle executes a maneuver or is steered, whoever asked for it."""
+    """Whether the vehicle executes a maneuver or is steered, at anybody's request."""
     return vehicle is not None and vehicle.op_mode in (OpMode.MANEUVER, OpMode.EXTERNAL)
 
 

@@ -24,7 +24,7 @@ STRUCTS = {
 SMALLEST = {b"B": 40, b"F": 3, b"I": 3, b"M": 4, b"P": 3, b"Q": 4, b"A": 4, b"R": 2, b"L": 9, b"C": 11, b"O": 2}
 """Types of messages and the fewest bytes in them; D and S are known better."""
 
-APPENDED = 1  # the only flag that a reader may meet and not know
+APPENDED = 1  # the only flag that a reader may ignore
 MOST_FIELDS, DEEPEST = 4096, 8
 TEXT, PARAMETER, DROPOUT, INFO = "L", "P", "O", "I"
 """Names of the records that are no topics: a text with `level`, a parameter, ms without data, a `key` of the system."""

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 
 def bind_udp_socket(address: str, port: int, buffer: int | None = None) -> socket.socket:
-    """A UDP socket without waiting, shared with nobody, at an address of this computer. Raises OSError if it is taken.
+    """A non-blocking UDP socket, not shared, at an address of this computer. Raises OSError if it is taken.
 
     buffer: bytes that the system may keep for us; else its default.
     """

@@ -25,7 +25,7 @@ class Waypoint(NamedTuple):
 class ObjectPosition(NamedTuple):
     """Position of an object: m north and east of the world's origin, `down` m below the surface; heading in rad.
 
-    `down` is None on a seabed that the world does not know.
+    `down` is None on a seabed of unknown depth.
     """
 
     north: float

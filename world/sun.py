@@ -1,4 +1,4 @@
-"""The sun: where it stands, and how its light goes on under water."""
+"""The sun: where it stands, and its light under water."""
 
 import math
 from dataclasses import dataclass

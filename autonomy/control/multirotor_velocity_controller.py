@@ -136,7 +136,7 @@ class MultirotorController:
         return MultirotorCommand(roll, pitch, turning, thrust)
 
     def _learn_weight(self, share: float, force: float | None) -> None:
-        """Use a weight that the accelerometer confirms; an integral alone may come from a climb nobody noticed."""
+        """Use a weight that the accelerometer confirms; an integral alone may come from an unnoticed climb."""
         self._by_integral += share * (GRAVITY - self._down.i - self._by_integral)
         if force is None:
             if not self._confirmed:

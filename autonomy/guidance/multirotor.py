@@ -43,7 +43,7 @@ class MultirotorGuidance:
         self.near = self.loitering = self.landing = False
 
     def update_path_coordinates(self, line: Line, circle: Circle | None) -> None:
-        """Go on along a line and a circle that have moved."""
+        """Continue along a line and a circle that have moved."""
         self.line, self.circle = line, circle
 
     def step(self, state: imc.EstimatedState, limits: MotionLimits, *, stands: bool = False) -> Vector:

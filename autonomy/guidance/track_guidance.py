@@ -54,7 +54,7 @@ class TrackGuidance:
         self.update_track_coordinates(track)
 
     def update_track_coordinates(self, track: Track) -> None:
-        """Go on along a track whose coordinates have changed."""
+        """Continue along a track whose coordinates have changed."""
         self.track = track
         self._straight = track.circle_entry_track() if track.radius > 0.0 else track
 

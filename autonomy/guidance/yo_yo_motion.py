@@ -103,7 +103,7 @@ class YoYoMotion:
         return Slope.DOWN if turns else otherwise
 
     def _stalls(self, depth: float, now: float) -> bool:
-        """Whether a dive has come to its end, whatever stops it."""
+        """Whether a dive has ended, for any reason."""
         if depth > self._dived + TOLERANCE:
             self._dived, self._deeper = depth, now
         return now - self._deeper > STALL

@@ -7,7 +7,7 @@ from support.rotations import Vector, wrap
 
 MEMORY = 30.0  # s
 LARGEST_LAG = 2.0  # m
-LARGEST_LAG_OF_MOTOR = 4.0  # m; the motor says nothing about heave
+LARGEST_LAG_OF_MOTOR = 4.0  # m; heave does not depend on the motor
 POWERED = 5.0  # s of a running motor before it is a witness
 BLIND = 5.0  # s without velocities, after which the motor alone is compared with the depth
 RELIEF = 0.5  # the share of a limit at which a fault is over
@@ -68,7 +68,7 @@ class AttitudeCheck:
         largest = abs(pitch) if steep else max(abs(roll), abs(pitch), abs(heading))
         verdict = self._gate.evaluate(not largest <= limit, roll, pitch, heading)
         if verdict is GateDecision.REJECTED:
-            self._angles = phi - roll, theta - pitch, psi - heading  # goes on with the rates
+            self._angles = phi - roll, theta - pitch, psi - heading  # continues with the rates
             return verdict
         self._angles, self.jump = angles, heading
         if rates is not None and not steep:

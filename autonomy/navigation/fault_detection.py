@@ -5,7 +5,7 @@ from enum import Enum, auto
 
 NOISY = 20  # points of noise: each reversal gives two, each step in the same direction takes one
 ROUGH_SAMPLES = 40  # over which noise is averaged
-COARSE = 10  # a sensor that repeats fewer values than this and goes on has a coarse resolution
+COARSE = 10  # a sensor that repeats fewer values than this before the next one has a coarse resolution
 
 
 class GateDecision(Enum):

@@ -15,7 +15,7 @@ BOTH = int(imc.GpsFix.Validity.VALID_SOG | imc.GpsFix.Validity.VALID_COG)
 
 
 def reported_velocity(fix: imc.GpsFix) -> tuple[float, float] | None:
-    """Velocity north and east (m/s) of a fix, whatever its size; None if it has none."""
+    """Velocity north and east (m/s) of a fix, also a small one; None if it has none."""
     if fix.validity & BOTH != BOTH or not math.isfinite(fix.sog + fix.cog):
         return None
     return fix.sog * math.cos(fix.cog), fix.sog * math.sin(fix.cog)
@@ -27,7 +27,7 @@ def ground_velocity(fix: imc.GpsFix) -> tuple[float, float] | None:
 
 
 class GnssVelocityCheck:
-    """A receiver whose position moves against its own velocity is `faulty`; `reckoned` (m) then goes on by velocity."""
+    """A receiver whose position moves against its own velocity is `faulty`; `reckoned` (m) then uses velocity."""
 
     def __init__(self) -> None:
         self.faulty = False

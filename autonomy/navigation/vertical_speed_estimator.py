@@ -124,7 +124,7 @@ class VerticalSpeedEstimator:
         idle = 0.0 < expected < CARRIED * GRAVITY and self._response.made < CARRIED * GRAVITY  # not without power
         stands = new and carried and idle and not self._response.lags
         self._stood = self._stood + dt if stands else 0.0
-        if stands:  # something else carries it, so that the thrust says nothing
+        if stands:  # something else carries it: the thrust is no measure of speed then
             force = self._filter.bias[0] - z
             if self._stood > STOOD and not self._known:
                 self._filter.velocity[0] = 0.0

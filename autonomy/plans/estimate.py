@@ -102,7 +102,7 @@ def estimate_maneuver(
     if isinstance(maneuver, imc.IdleManeuver):
         return ManeuverEstimate(endless, distance=0.0, end=start)
     if isinstance(maneuver, imc.Teleoperation | imc.FollowReference):
-        return ManeuverEstimate(math.inf)  # nobody knows where it ends
+        return ManeuverEstimate(math.inf)  # its end is unknown
     if isinstance(maneuver, imc.FollowSystem):
         return ManeuverEstimate(endless, endless if duration else 0.0, speed)
     stations = waypoints(maneuver)

@@ -3,7 +3,7 @@
 from imc.messages import EstimatedState, SimulatedState
 from support.wgs84 import displace, displacement
 
-NOWHERE: tuple[float, float] = (0.0, 0.0)  # rad, of systems that do not know their position
+NOWHERE: tuple[float, float] = (0.0, 0.0)  # rad, of systems without a position
 
 
 def absolute_position(state: EstimatedState) -> tuple[float, float, float]:
@@ -15,7 +15,7 @@ class LocalOrigin:
     """First known position of a vehicle: `north`, `east` (m) of the reference position of its latest state.
 
     A navigation filter may move the reference during a run (DUNE's does when far from it); the start does not move.
-    Latitude and longitude are both 0 while a system does not know its position: it is first seen elsewhere.
+    Latitude and longitude are both 0 while a system has no position: it is first seen elsewhere.
     """
 
     def __init__(self) -> None:

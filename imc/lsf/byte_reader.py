@@ -71,7 +71,7 @@ def _unpacked_chunks(
     for piece in unpack_ahead(file, form, 0, spread):
         if piece.member != member:
             member = piece.member
-            # Whoever begins to read at a false member would report it as damage.
+            # A reader that begins at a false member would report it as damage.
             if members is not None and not piece.doubtful and (not members or offset - members[-1][1] >= MEMBER_STEP):
                 members.append((member, offset))
         if piece.damage:

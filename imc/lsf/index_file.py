@@ -145,7 +145,7 @@ def path_in_cache(log: Path) -> list[Path]:
 
 
 def _key() -> bytes:
-    """The user's secret, which signs indices, so that nobody else's are used. Raises OSError, RuntimeError."""
+    """The user's secret, which signs indices, so that only the user's own are used. Raises OSError, RuntimeError."""
     path = _cache() / "key"
     if path.is_file() and len(found := path.read_bytes()) == KEY_SIZE:
         return found

@@ -2,7 +2,7 @@
 
 import math
 
-SLOWEST_ROUND = 0.5  # s; a slower answer says little about the clock
+SLOWEST_ROUND = 0.5  # s; a slower answer is no measure of the clock
 LARGEST_AGE = 1.0  # s; older stamps are wrong
 BACKWARDS = 1.0  # s by which the count may go back; more is a new start
 BEHIND = 10.0  # s by which it may be behind the time that has passed, on a slow link; more is one, too

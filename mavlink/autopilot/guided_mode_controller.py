@@ -202,7 +202,7 @@ class ModeController:
             self._go_to(vehicle, leg, at, now)
 
     def _fly_mission(self, vehicle: SteeredVehicle, leg: Leg, now: float) -> None:
-        """Let the autopilot carry out the mission in its memory from a leg on; it goes on to the next by itself."""
+        """Let the autopilot carry out the mission in its memory from a leg on; it advances to the next by itself."""
         missions, starts = self.missions, self.goal is GuidedGoal.TAKE_OFF
         left = self._reached == vehicle.mission and self.mode in (vehicle.hold, vehicle.back)
         if leg.near or missions.busy:
@@ -231,7 +231,7 @@ class ModeController:
         self._send_message(POSITION_TARGET, offboard_setpoint(self.leg if led else None, self.position))
 
     def _other_modes(self, vehicle: SteeredVehicle, leg: Leg) -> Sequence[int]:
-        """Other modes in which the leg may be: those into which the autopilot goes by itself."""
+        """Other modes in which the leg may be: those that the autopilot enters by itself."""
         after = [vehicle.takeoff] if self.goal is GuidedGoal.TAKE_OFF and self._sent else []
         around = [vehicle.orbit] if leg.radius and self._sent else []
         return [mode for mode in (*after, *around) if mode is not None]

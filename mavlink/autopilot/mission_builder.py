@@ -15,7 +15,7 @@ from mavlink.missions import Item, MissionCommand
 from support.wgs84 import displace, ground_distance
 
 NO_PLACE = 2  # MAV_FRAME of an item that has none
-EXTRA_TIME = 10.0  # s by which the autopilot's times are longer: Shoal goes on first while it lives
+EXTRA_TIME = 10.0  # s by which the autopilot's times are longer: Shoal advances first while it runs
 MOST_TURNS = 200
 STEEP = 15.0  # °; a plane's pitch as it takes off
 SAME_PLACE = 1.0  # m

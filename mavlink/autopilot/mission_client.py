@@ -11,7 +11,7 @@ from mavlink.missions import Item, MissionCommand, MissionResult
 
 PATIENCE, TRIES = 1.5, 5  # s without an answer, after which the last message is sent again; how often
 LATE = 3.0  # s in which an autopilot repeats how far it has come
-REDIRECT_PERIOD = 1.0  # s between two requests to go on at another item
+REDIRECT_PERIOD = 1.0  # s between two requests to continue at another item
 SAME_HEIGHT = 0.02  # m; ArduPilot keeps centimeters
 FRAMES = {5: 0, 6: 3, 11: 10}  # MAV_FRAME of integers -> the one that older autopilots return
 WHOLE, EXACT = 0.51, 0.01  # ArduPilot keeps times and radii as whole numbers

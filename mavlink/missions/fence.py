@@ -101,7 +101,7 @@ def _rectangle(items: Sequence[Item], limits: imc.OperationalLimits) -> imc.Oper
     if min(length, width) < SMALLEST:
         raise MissionError(MissionResult.INVALID, f"a fence of {length:.1f} m by {width:.1f} m is too small")
     side = math.copysign(1.0, ahead[0] * right[1] - ahead[1] * right[0])
-    # The least squares of all corners: of a narrow fence the long sides know the direction.
+    # The least squares of all corners: a narrow fence gets its direction from the long sides.
     bearing = math.atan2(length * ahead[1] - side * width * right[0], length * ahead[0] + side * width * right[1])
     off = max(map(math.dist, corners, _corners(bearing, length, side * width)))
     if off > max(TOLERANCE, PART * math.hypot(length, width)):

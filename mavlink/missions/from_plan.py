@@ -28,7 +28,7 @@ class ConvertedMission(NamedTuple):
 
 
 def items_of(plan: imc.PlanSpecification, flavor: Flavor, context: ConversionContext) -> ConvertedMission:
-    """Any plan, whoever wrote it, as a mission for a console of this flavor. Raises nothing."""
+    """Any plan as a mission for a console of this flavor. Raises nothing."""
     plan, first = _as_received(plan), first_item_seq(flavor)
     chain, remarks = main_sequence(plan)
     builder = ItemBuilder(context, unset=0.0 if first else math.nan)

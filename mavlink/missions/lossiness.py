@@ -11,7 +11,7 @@ from mavlink.missions.item_builder import Chain
 from mavlink.missions.item_map import ItemMap
 from mavlink.missions.plan_builder import ConvertedPlan
 
-UNUSED = frozenset({"timeout", "roll", "pitch", "custom"})  # no maneuver of Shoal that items can say uses them
+UNUSED = frozenset({"timeout", "roll", "pitch", "custom"})  # no maneuver that items can express uses them
 NEAR = 2e-9  # rad, about 1 cm; items count 1e-7 degrees
 
 

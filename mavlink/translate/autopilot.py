@@ -41,7 +41,7 @@ GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 MOST_BATTERIES, MOST_TEXTS = 15, 16
 PIECE = 50  # bytes of a text in one message
 UNKNOWN = 0xFFFF
-OLDEST_ALTITUDE = 2.0  # s; a range finder that is silent for longer says nothing
+OLDEST_ALTITUDE = 2.0  # s; a range finder that is silent for longer has no valid reading
 HAS_ACCELERATION, HAS_GYRO, HAS_FIELD = 0x007, 0x038, 0x1C0  # HIGHRES_IMU_UPDATED_FLAGS
 
 
@@ -195,7 +195,7 @@ class AutopilotTranslator:
 
 
 def _status(m: Any) -> TranslatedMessages:
-    # Without a monitor of the battery ArduPilot says 0 V.
+    # Without a battery monitor ArduPilot reports 0 V.
     return _supply(BATTERIES, m.voltage_battery or UNKNOWN, m.current_battery, m.battery_remaining)
 
 

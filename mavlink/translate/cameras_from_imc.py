@@ -134,7 +134,7 @@ def tracking_geo_status(found: Detection) -> Fields:
 
 
 def adsb_marker(found: Detection, name: str, system: int, now: float) -> Fields:
-    """ADSB_VEHICLE: maps show the object, since they know no other message for one."""
+    """ADSB_VEHICLE: maps show the object, since they support no other message for one."""
     deep = math.isfinite(found.altitude)
     return {
         "ICAO_address": (system << 16) + (found.number & 0xFFFF),

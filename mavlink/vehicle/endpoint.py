@@ -67,9 +67,9 @@ class VehicleEquipment:
 class VehicleEndpoint:
     """The vehicle's side of all services, without sockets, files and clocks.
 
-    Whoever has the links calls `connect` for each peer, `receive` with what comes from it, `update` with the messages
+    The owner of the links calls `connect` for each peer, `receive` with its frames, `update` with the messages
     of the vehicle, and `poll` at `next_deadline` and after each of the others. Frames leave through the `transmit` of
-    their session. Times `now` never go back; they are in s since 1970. `warn` gets what people must know about the
+    their session. Times `now` never go back; they are in s since 1970. `warn` gets problems of the
     setup. `refusal` is why no order is taken, empty if they are.
     """
 
@@ -256,7 +256,7 @@ class VehicleEndpoint:
         self.send_changes(now)
 
     def check_timeouts(self, now: float) -> None:
-        """Once a second: give up what nobody answers, repeat what must be repeated; `poll` does it if nobody else."""
+        """Once a second: give up or repeat unanswered requests; called by `poll` if not called otherwise."""
         self._now, self._tick_due = now, now + TICK_PERIOD
         options = self.model.options
         self.model.forget_old()

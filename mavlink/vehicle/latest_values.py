@@ -1,4 +1,4 @@
-"""The latest messages on the bus that ground stations see; what nobody reports any more is forgotten."""
+"""The latest messages on the bus that ground stations see; old ones are dropped."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping

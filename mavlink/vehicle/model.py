@@ -106,11 +106,11 @@ class VehicleModel:
                 pass
 
     def age(self, received: float) -> float:
-        """For how long (s) whoever sent a message that came at a time was silent."""
+        """Time (s) since a message that arrived at a time."""
         return self._port.age(received)
 
     def forget_old(self) -> None:
-        """Forget what nobody reports any more; a vehicle whose supervisor is silent is in a critical state."""
+        """Drop values that are no longer reported; a vehicle whose supervisor is silent is in a critical state."""
         self.health.supervisor_silent |= imc.VehicleState in self.latest.forget_old()
 
     @property
@@ -271,7 +271,7 @@ class VehicleModel:
         return flavor.custom_mode(self.kind, self.mode)
 
     def intended_mode(self, flavor: Flavor) -> int:
-        """The number of the mode that people want: the present one, unless the vehicle has left it by itself."""
+        """The number of the intended mode: the present one, unless the vehicle has left it by itself."""
         mode, count = self.interrupted
         return flavor.custom_mode(self.kind, mode) if count == self.command_count else self.custom_mode(flavor)
 

@@ -93,7 +93,7 @@ class Session:
         speed, line = traits.speed, traits.line
         self.last_heard = now
         self.contact = False
-        self.refusal = ""  # why the orders of whoever has sent the present message are not obeyed
+        self.refusal = ""  # why orders of the present message's sender are not obeyed
         self.received = SequenceTracker(speed)
         self.bucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST)
         self.retry_period = (LOW_PATIENCE if self.low else PATIENCE) * speed
@@ -147,7 +147,7 @@ class Session:
         self.send(name, {"target_system": asker.system, "target_component": asker.component, **fields})
 
     def build_and_send(self, name: str, now: float, number: int = 0) -> bool:
-        """Send an offered message, or one of its instances, once; False while the vehicle does not know its values."""
+        """Send an offered message, or one of its instances, once; False while the vehicle has no values for it."""
         found = self.source.fields(name, self.flavor, now, number)
         for fields in found:
             self.send(name, fields)

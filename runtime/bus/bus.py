@@ -24,7 +24,7 @@ Receivers = tuple[tuple[Handler, object, bool], ...]  # handler, owner, whether 
 
 
 class _Plan(NamedTuple):
-    """The receivers of a type of messages, whether its packets are wanted, and whether nobody else has to be served."""
+    """The receivers of a type of messages, whether they need its packets, and whether they are the only ones."""
 
     receivers: Receivers
     encodes: bool
@@ -130,8 +130,8 @@ class Bus:
     def publish(self, message: imc.Message, timestamp: float, source: int, speaker: int, origin: object) -> imc.Message:
         """Publish `message` with this header, as its packet has it; returns what receivers see.
 
-        It is encoded only if a packet is wanted: handlers alone get the same values without. Raises imc.SchemaError if
-        the vehicle has no such message, and anything for values that do not fit (see imc.encode).
+        It is encoded only if a receiver needs the packet: handlers alone get the same values without. Raises
+        imc.SchemaError if the vehicle has no such message, and anything for values that do not fit (see imc.encode).
         """
         kind = type(message)
         plans = self._of_own if source == self.system else self._of_others

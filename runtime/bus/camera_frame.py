@@ -57,7 +57,7 @@ class FrameTransport(Protocol):
     """Carries frames between the processes of a vehicle."""
 
     def send(self, frame: Frame) -> None:
-        """Send a frame to the other processes that want it. Never blocks."""
+        """Send a frame to the other processes that subscribe to it. Never blocks."""
         ...
 
     def subscribe(self, receive: Callable[[Frame], None]) -> None:

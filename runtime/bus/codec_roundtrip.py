@@ -7,7 +7,7 @@ import imc
 
 
 class CodecRoundTrip(dict[type[imc.Message], Callable[..., Any]]):
-    """Takes messages through the codec of a schema, by type; `encodes` is whether the packets are wanted, too."""
+    """Takes messages through the codec of a schema, by type; `encodes` is whether the packets are needed, too."""
 
     def __init__(self, schema: imc.Schema, encodes: bool) -> None:
         self._schema, self._encodes = schema, encodes

@@ -83,7 +83,7 @@ class SerialPort:
         self.bytes_per_second = baud / 10.0  # a byte has a start and a stop bit
         self.max_read_rate = max(
             SLOWEST_CAP, 2.0 * self.bytes_per_second
-        )  # ports over USB may be faster than they are told
+        )  # ports over USB may be faster than their baud rate
         self._baud = baud
         self._settings = settings
 
@@ -283,7 +283,7 @@ class UdpConnection:
         return found
 
     def set_destination(self, sender: tuple[str, int]) -> None:
-        """Send to this one from now on, whoever else sends here."""
+        """Send only to this one from now on."""
         if not self._fixed:
             self._to, self._chosen = sender, True
 

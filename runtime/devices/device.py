@@ -54,7 +54,7 @@ class Device:
     `good` counts the pieces that the handler took, `bad` those that are damaged, or that it did not understand: it
     raised ValueError, LookupError or struct.error. `skipped_bytes` belong to no piece. While the device is missing,
     `trouble` has been called with the reason, and opening it is tried again, at least every 5 s; "" ends the trouble.
-    Whoever closes the device in `trouble` keeps the reason out of the log book. `log` is where it reports
+    If `trouble` closes the device, the reason is not logged. `log` is where it reports
     instead of its owner's log book. A driver may set `explain`, which returns what came in the last seconds instead
     of the expected data; empty if unknown.
     """

@@ -114,7 +114,7 @@ class FrameSplitter:
     """Frames that begin with certain bytes.
 
     `kinds` has, for the first bytes of each kind of frame, a function that returns its size. `valid` returns whether a
-    frame is undamaged; else its first byte is skipped, and the search goes on with the second, so that no good frame is
+    frame is undamaged; else its first byte is skipped, and the search continues at the second, so that no good frame is
     lost in a damaged one. Frames have at most `longest` bytes.
     """
 

@@ -9,7 +9,7 @@ from runtime.bus import Frame
 from runtime.task import Entity, Task
 
 Item = imc.Message | Frame
-PublishFilter = Callable[[Any], Item | None]  # from what the task says to what others hear; None is nothing
+PublishFilter = Callable[[Any], Item | None]  # from what the task publishes to what others receive; None is nothing
 
 
 class PublishInterceptor:

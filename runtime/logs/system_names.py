@@ -14,7 +14,7 @@ NAMING = frozenset({imc.EntityInfo.ID, imc.EntityList.ID, imc.Announce.ID})
 
 KEPT = NAMING | {imc.LoggingControl.ID}
 """Ids of the messages that describe a whole log, so that every part of it needs them."""
-NEAR = 0.65  # of difflib: less suggests words that nobody meant
+NEAR = 0.65  # of difflib: less gives suggestions that are far off
 
 
 class UnknownNameError(ValueError):

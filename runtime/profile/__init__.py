@@ -1,4 +1,4 @@
-"""Profiles: ini files read into values that know their file and line."""
+"""Profiles: ini files read into values with file and line."""
 
 from runtime.profile import dune_section_names
 from runtime.profile.config import Config, Option, Section, format_option, format_sections, split_list

@@ -1,4 +1,4 @@
-"""The contents of an ini file: sections of options that know where they were set; also writes them back."""
+"""The contents of an ini file: sections of options, each with file and line; also writes them back."""
 
 import re
 from collections.abc import Iterator, Mapping

@@ -48,7 +48,7 @@ def load_profile(
     """Read a profile by its name or path, then `<vehicle>-saved.ini` next to it and in `saved`, then overrides.
 
     `vehicle` replaces `[General] Vehicle`. Raises ProfileError if there is no such profile, an override is malformed or
-    for a section that nobody has, or the files have errors and `strict` is set. Errors in saved parameters are only
+    for a section without a task, or the files have errors and `strict` is set. Errors in saved parameters are only
     warnings.
     """
     config_dirs = [Path(folder) for folder in config_dirs]

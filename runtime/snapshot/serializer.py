@@ -159,7 +159,7 @@ class StateReader:
     """Turns plain values back. `find` gives the value that a name of a StateWriter stands for.
 
     Uses only classes of its vocabulary, and calls only constructors of messages and enumerations. Raises SnapshotError
-    for what it rejects, and whatever Python raises for words that a StateWriter does not write.
+    for what it rejects, and any exception for input that no StateWriter has written.
     """
 
     def __init__(self, find: Callable[[list[Any]], Any], words: ClassAllowlist | None = None):

@@ -67,10 +67,10 @@ class DeviceTask:
         """Open a serial port, and keep it open until the task stops; call it in `start`.
 
         `lines` is called with each line, as text without its end; `frames` with the bytes of each piece that `split`
-        makes or, without it, with whatever arrives. A piece for which it raises ValueError, LookupError or struct.error
-        is counted as bad, and left out. `opened` is called each time that the device has been opened. While it cannot
-        be, the entity is in ERROR. `port` may also be tcp://HOST:PORT. `settings` are those of serial.Serial: bytesize,
-        parity, stopbits, xonxoff, rtscts, dsrdtr.
+        makes or, without it, with the bytes as they arrive. A piece for which it raises ValueError, LookupError or
+        struct.error is counted as bad, and left out. `opened` is called each time that the device has been opened.
+        While it cannot be, the entity is in ERROR. `port` may also be tcp://HOST:PORT. `settings` are those of
+        serial.Serial: bytesize, parity, stopbits, xonxoff, rtscts, dsrdtr.
         """
         address: Address = SerialPort(port, baud, **settings)
         if port.startswith(TCP):

@@ -136,7 +136,7 @@ class Parameter:
     def parse_strict(self, text: str) -> Any:
         """The checked value of a text that was sent while the vehicle runs. Raises ValueError with the reason.
 
-        A profile of DUNE may have "12 cm" for 12; whoever sends that, or nothing, means something else. Only a whole
+        A profile of DUNE may have "12 cm" for 12; in a message that, or an empty text, is a mistake. Only a whole
         number may be sent with decimals, as consoles do: "3.0".
         """
         value = self.parse(text)

@@ -187,7 +187,7 @@ class Task(DeviceTask):
         return request.dst == self.system or (request.dst in (UNKNOWN_SYSTEM, BROADCAST) and asks)
 
     def is_addressed_or_broadcast(self, message: imc.Message) -> bool:
-        """Whether a message is to this system or to everybody, whoever sent it; for what must not be missed."""
+        """Whether a message from any system is to this one or to all; for what must not be missed."""
         return message.dst in (self.system, UNKNOWN_SYSTEM, BROADCAST)
 
     def relay(self, packet: bytes) -> imc.Message:
@@ -243,7 +243,7 @@ class Task(DeviceTask):
 
         On a wall clock a worker thread computes it. On a virtual clock it is computed immediately and the result
         arrives after `latency` seconds, so the run stays deterministic. An exception in it is the task's error. At the
-        end of a run, work that goes on is given up.
+        end of a run, unfinished work is given up.
         """
         if self._kernel.virtual:
             self.after(latency, self._offloaded, self._round, then, _outcome(function, args))

@@ -67,7 +67,7 @@ def _of_message_names(profile: Profile, option: Option, title: str, names: Itera
     try:
         schema = profile.message_schema or imc.builtin()
     except ProfileError:
-        return  # told already
+        return  # reported already
     known = [kind.abbrev for kind in schema.types_by_id.values()]
     for name in [name for name in names if name not in known]:
         hint = f"did you mean {quoted(near)}?" if (near := corrected_spelling(name, known)) else ""

@@ -58,7 +58,7 @@ class ParameterService(Task):
     def query(self, request: imc.QueryEntityParameters) -> None:
         """Reply with the parameters of the requested visibility and scope, sorted by name.
 
-        There may be none: without an answer, a console could not know that.
+        There may be none: the console needs an answer to see that.
         """
         task = self._addressed(request, request.name)
         if task is None:

@@ -13,19 +13,19 @@ if TYPE_CHECKING:
 
 WINDOW = 10.0  # s of real time over which the pace is measured
 SILENCE = 60.0  # s of real time between two warnings of a kind
-ENOUGH = 0.95  # share of the wanted speed that is not worth a word
+ENOUGH = 0.95  # share of the requested speed below which a warning is logged
 MERGED = 0.01  # share of the periodic calls
 NAMED_STALL = 1.0  # s, least stall that is reported
-LONGEST_STALL = 10.0  # s, after which nobody knows where the vehicle is: its plan has to end
+LONGEST_STALL = 10.0  # s, after which the position is unknown: the plan has to end
 STALL_HOLD = 10.0  # s for which the entity is in ERROR then
-STEP = 0.5  # s, least step of the system time that is told; a busy computer may read two clocks this far apart
+STEP = 0.5  # s, least step of the system time that is reported; a busy computer may read two clocks this far apart
 HUNG = 10.0  # s of real time in offloaded work, after which it is named
 
 
 class RealtimeLag:
     """The pace of a vehicle whose clock follows real time; `poll` is called about once a second of its time.
 
-    It is the only one that reports a stall of the process: nobody else counts that time (`Task.age`). After one of
+    Only this reports a stall of the process, and `Task.age` leaves that time out. After one of
     more than `LONGEST_STALL` the vehicle's own entity is in ERROR for a while, so that a plan ends as after any error.
     `speed` is what the clock reached in the last window, in seconds of the vehicle per second of real time, `merged`
     the share of periodic calls that came so late in it that they were merged with others.

@@ -1,4 +1,4 @@
-"""Limits the replies to each asker, so that nobody keeps a vehicle busy with questions."""
+"""Limits the replies per requester, so that requests cannot overload a vehicle."""
 
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from runtime.bus import DropCounter

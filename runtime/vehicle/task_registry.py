@@ -183,7 +183,7 @@ def suggest_task_name(section: str) -> str:
     wanted = near.rpartition(".")[2]
     try:
         members = _members(module_section_group(module), module)
-    except TaskImportError:  # told when it is spelled rightly
+    except TaskImportError:  # reported once it is spelled rightly
         members = {}
     return f"{module_section_group(module)}.{next((word for word in members if word.lower() == wanted), wanted)}"
 

@@ -34,7 +34,7 @@ class WorkerThreads:
         return [(item[0], now - item[1]) for item in list(self._doing) if item is not None]
 
     def close(self, patience: float) -> list[str]:
-        """Drop what has not begun, and wait at most `patience` s for the rest; the titles of what goes on then."""
+        """Drop what has not begun, and wait at most `patience` s for the rest; the titles of what still runs then."""
         while not self._queue.empty():
             self._queue.get()
         for _ in self._threads:

@@ -234,7 +234,7 @@ class Vehicle:
         return owner is self or owner is self.bus or self.bus.is_subscribed(owner)
 
     def observe(self, kind: type, handler: Callable[..., object], *, packets: bool = False) -> None:
-        """Call `handler` with each delivered message of a type, whoever sent it.
+        """Call `handler` with each delivered message of a type, from any system.
 
         Its owner only watches, and is not in snapshots. With a pending call it prevents them, unless it has a true
         attribute `transient`: then a continued run lacks it, or makes it again.
@@ -317,7 +317,7 @@ class Vehicle:
     def _note(self, owner: object, error: Exception) -> None:
         """Log an error of a task that stops, and keep the first one for `close`.
 
-        One that a snapshot has caused is only raised by `close`: whoever continues the snapshot reports it.
+        One that a snapshot has caused is only raised by `close`, and reported by its caller.
         """
         blamed = self.attribute_error(owner, error)
         if blamed is error or self.keep_going:

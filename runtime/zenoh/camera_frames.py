@@ -65,7 +65,7 @@ class ZenohFrames:
         self._session, self._shares = session, shares_memory
 
     def send(self, frame: Frame) -> None:
-        """Send a frame soon, if another process wants it; never waits."""
+        """Send a frame soon, if another process subscribes to it; never waits."""
         publisher = self._publishers.get(frame.camera)
         if publisher is None:
             if self._session is None or len(self._publishers) >= MOST_CAMERAS:

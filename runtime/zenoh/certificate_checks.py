@@ -12,7 +12,7 @@ def certificate_problem(root: Path, certificate: Path, key: Path, *, of_client: 
     import ssl  # slow to import, and only here
 
     server, client = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER), ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    client.check_hostname = False  # of the addresses at which it is used only others know
+    client.check_hostname = False  # of the addresses at which it is used only clients know
     judge, other = (server, client) if of_client else (client, server)
     judge.verify_mode, other.verify_mode = ssl.CERT_REQUIRED, ssl.CERT_NONE
     there, back = ssl.MemoryBIO(), ssl.MemoryBIO()

@@ -20,7 +20,7 @@ LOCAL_PORT = 7447
 SESSION_OFFSET = 53
 SESSIONS = 32
 LARGEST_MESSAGE = 64 << 20  # bytes that a sender can make us keep; zenoh allows 1 GB. The largest are frames of cameras
-LEASE = 6000  # ms; a process that says nothing for so long has gone
+LEASE = 6000  # ms; a process that is silent for so long has gone
 LONGEST_STALL = 250_000  # µs for which commands wait for a receiver that is 1 MB of them behind; then it is cut off
 LONGEST_FRAME = 1_000_000  # µs until a frame that does not go through shared memory has been sent, else it is dropped
 
@@ -66,8 +66,8 @@ class ZenohConfig:
     listen: further endpoints to listen at, such as "tls/0.0.0.0:7448" [none]. One process of a computer listens at the
         local port and at these; when it ends, another takes over.
     connect: further endpoints to connect and reconnect to [none].
-    scouting: whom to find by multicast: "loopback", only programs of this computer; "none"; or, with zenoh's own
-        scouting, whoever answers on these interfaces, "auto" for all ["loopback"].
+    scouting: multicast discovery: "loopback", only programs of this computer; "none"; or the interfaces of zenoh's own
+        scouting, "auto" for all ["loopback"].
     scouting_address: multicast group and port ["224.0.0.224:7446"].
     shared_memory: whether packets of 3 kB and more travel in shared memory, which takes 17 MB per process [False].
     config_file: a zenoh configuration (JSON5) for everything else, such as rates per link.
@@ -151,7 +151,9 @@ class ZenohConfig:
         connect = _list(self.connect, get("connect/endpoints"), mode)
         beyond = [endpoint for endpoint in (*listen, *connect) if not is_loopback(endpoint)]
         if by_zenoh and mode != "client" and all(map(is_loopback, listen)):
-            listen.append(f"{'tls' if self.security.certificate else 'tcp'}/0.0.0.0:0")  # for those whom it finds
+            listen.append(
+                f"{'tls' if self.security.certificate else 'tcp'}/0.0.0.0:0"
+            )  # for sessions found by scouting
         session = ""
         if self.local_port and not (mode == "client" and connect):
             meeting_point = _here(self.local_port)
@@ -172,7 +174,7 @@ class ZenohConfig:
             set_option(config, "scouting/multicast/interface", scouting)
             put("scouting/multicast/autoconnect", None, {role: ["router", "peer"] for role in ("router", "peer")})
         else:
-            # Sessions of this computer are found at their ports; gossip would connect to all that these know elsewhere.
+            # Sessions of this computer are found at their ports; gossip would connect to all their other peers.
             put("scouting/gossip/autoconnect", None, [])
 
         # Frames are put into shared memory by camera_frames, packets by zenoh itself, from a pool of 17 MB.
@@ -244,7 +246,7 @@ def read_connect_endpoints(path: Path) -> list[str]:
 
 
 def _list(wanted: tuple[str, ...] | None, in_file: list[str] | dict[str, list[str]] | None, mode: str) -> list[str]:
-    """The wanted endpoints, else those of the file, which may list them by mode."""
+    """The endpoints of the options, else those of the file, which may list them by mode."""
     if wanted is not None:
         return list(wanted)
     return (in_file.get(mode) if isinstance(in_file, dict) else in_file) or []

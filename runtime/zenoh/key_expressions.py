@@ -1,4 +1,4 @@
-"""The keys of packets: whose message it is, which, and from or for whom."""
+"""The keys of packets: system, message, entity or destination."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -23,7 +23,7 @@ def key_chunk(name: str) -> str:
 
 
 class Delivery(Enum):
-    """To whom packets are published, which decides how reliably."""
+    """The receivers of packets, which decide the reliability."""
 
     BROADCAST = "for all systems"
     ADDRESSED = "for one system"

@@ -1,9 +1,9 @@
 """Announces the endpoint of a session to the other zenoh programs of this computer, without a socket open to others.
 
-zenoh's own scouting listens at 0.0.0.0 whatever interface it is given, and connects to whoever answers. This one has
-one socket, bound to the loopback address, connects to nobody, and answers only programs of this computer: it sends a
-SCOUT to zenoh's multicast group on the loopback interface; a program that receives it answers with a HELLO, and gets a
-HELLO with the address of the session, to which it then connects. Format: zenoh-protocol 1.x, scouting.
+zenoh's own scouting listens at 0.0.0.0 for any choice of interface, and connects to each program that answers. This one
+has one socket, bound to the loopback address, makes no connection, and answers only programs of this computer: it sends
+a SCOUT to zenoh's multicast group on the loopback interface; a program that receives it answers with a HELLO, and gets
+a HELLO with the address of the session, to which it then connects. Format: zenoh-protocol 1.x, scouting.
 """
 
 import contextlib
@@ -57,7 +57,7 @@ class HelloSender:
         self._socket: socket.socket | None = None
 
     def open(self) -> None:
-        """Begin. Without multicast on this computer nobody is invited; the local port can still be used."""
+        """Begin. Without multicast on this computer there is no discovery; the local port can still be used."""
         made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         here = socket.inet_aton(LOOPBACK)
         try:
@@ -91,7 +91,7 @@ class HelloSender:
                 self._socket.settimeout(left)
                 try:
                     datagram, place = self._socket.recvfrom(LARGEST)
-                except OSError:  # nobody has answered, or an earlier datagram was refused
+                except OSError:  # no answer, or an earlier datagram was refused
                     continue
                 if is_hello(datagram):
                     self._send(self._invitation, place)

@@ -90,12 +90,12 @@ class PacketAuthorizer:
         ids, is_listed = self._ids().get(name, frozenset[int]()), name in self._listed
         if name == self._name or (ids and source not in ids):
             return f"of 0x{source:04X}, which is not {name}"
-        known = None if ids else self._system_id(name)  # a vehicle that runs tells its id itself
+        known = None if ids else self._system_id(name)  # a running vehicle announces its id
         is_known = known is not None and known not in OPERATORS
         if is_known and source != known:
             return f"of 0x{source:04X}, which is not {name}"
         if is_listed:
-            owner = self._system_name(source)  # by the profile: the ids of a token are what the vehicle says itself
+            owner = self._system_name(source)  # by the profile: a token has only the vehicle's own claim
             if source in OPERATORS or (owner != name and key_chunk(owner) not in (name, f"0x{source:04X}")):
                 return f"of {owner}, which is not {name}"
         is_vehicle = is_listed or is_known or (ids and source not in OPERATORS)

@@ -1,7 +1,7 @@
 """Tokens of the processes that run the parts of a vehicle: one name, one vehicle on a network.
 
 Each process declares a liveliness token that names vehicle, host, process and entities; zenoh withdraws it when the
-process ends or crashes, whatever state Python is in. The key is documented in docs/zenoh.md.
+process ends or crashes, in any state of Python. The key is documented in docs/zenoh.md.
 """
 
 import contextlib
@@ -24,14 +24,14 @@ from support.log_limit import ReportLimit
 if TYPE_CHECKING:
     import zenoh
 
-PATIENCE = 0.5  # s to hear of others that start at the same moment
+PATIENCE = 0.5  # s to detect others that start at the same moment
 MEETING = 5.0  # s to meet the processes of this computer, which takes longer where the computer is busy
-SILENT = 1.0  # s after which we say what we wait for
+SILENT = 1.0  # s after which the reason for waiting is reported
 MOMENT = 0.01  # s
 DAEMON = 1  # the bit of entity 0
 STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
-ELSEWHERE = "192.0.2.1", 9  # an address that nobody has (RFC 5737)
+ELSEWHERE = "192.0.2.1", 9  # an unassigned address (RFC 5737)
 
 logger = logging.getLogger("shoal.zenoh")
 

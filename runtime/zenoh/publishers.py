@@ -42,8 +42,8 @@ class Publisher:
 class NumberedPublisher:
     """Numbers the packets of a publisher, so that receivers can count those they missed.
 
-    Packets that nobody receives are numbered, but not put: each would hand the interpreter to other threads. A new
-    publisher puts all, since zenoh may not know its receivers yet. With `always` it does not ask who receives.
+    Packets without receivers are numbered, but not put: each would hand the interpreter to other threads. A new
+    publisher puts all, since zenoh may not have found its receivers yet. With `always` receivers are not checked.
     """
 
     __slots__ = ("_heard", "_listener", "_number", "_put", "_source", "_stamp", "_trusted")
@@ -67,7 +67,7 @@ class NumberedPublisher:
             self._put(packet, source_info=self._stamp(self._source, self._number))
 
     def _note(self, status: "zenoh.MatchingStatus") -> None:
-        """Somebody receives the packets now, or nobody any more; called from zenoh's thread."""
+        """Note whether the packets have receivers; called from zenoh's thread."""
         self._heard = status.matching
 
 

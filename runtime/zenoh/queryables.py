@@ -68,7 +68,7 @@ class _Open:
         if type(message).__name__ != REPLIES.get(self.name, self.name) or message.dst != self.request.src:
             return False
         kinds = getattr(type(message), "Type", None)
-        for name in IDENTITY if kinds is None else (*IDENTITY, "op"):  # else op itself says what is a reply
+        for name in IDENTITY if kinds is None else (*IDENTITY, "op"):  # else op itself marks replies
             asked, told = (getattr(each, name, "") for each in (self.request, message))
             if asked != told and asked != "" and told != "":
                 return False
@@ -86,7 +86,7 @@ class Queryables:
 
     `last` has the last packets. `part` is the vehicle of the session, None for a relay. `take` gets the packets of
     requests, as if they had arrived at @cmd; `concerns` returns whether the tasks that answer a request run here, or
-    raises LookupError with the reason why nobody answers it. `consoles` rejects requests of systems that are not
+    raises LookupError with the reason why there is no answer. `consoles` rejects requests of systems that are not
     listed.
 
     A reply to a request that is answered at once comes while its handlers run, so it cannot be mistaken for another

@@ -1,6 +1,6 @@
 """Security of a zenoh bus, who may join and do what: certificates, passwords and access control of zenoh.
 
-Whoever can prove its name, by a certificate (its common name) or a password, may do what its list allows; all others
+A program with a proven name, by a certificate (its common name) or a password, may do what its list allows; all others
 nothing. The lists are for those beyond the computer: its own programs, if they can log in, may do everything.
 """
 

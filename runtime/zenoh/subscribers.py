@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 RING = 4096
 MOST_PUBLISHERS = 65536
 AT_ONCE = 256  # packets taken at a time, then as long a pause: the other threads of this process come to their turn
-LONGEST_PAUSE = 0.005  # s; a process that was halted goes on at once
+LONGEST_PAUSE = 0.005  # s; a process that was halted resumes at once
 SETTLING = 0.05  # s in which a present state arrives by itself, in order; what is missing then is taken from the past
 AGAIN = 0.5  # s; copies of one packet come within milliseconds
 ENDING = 0.5  # s

@@ -37,7 +37,7 @@ logger = logging.getLogger("shoal.zenoh")
 
 
 class ZenohTransport:
-    """A Transport between all processes of a bus, in whatever order they start.
+    """A Transport between all processes of a bus, in any order of starts.
 
     `system_name(id)` and `entity_label(system, entity)` give the names in keys; the number replaces an empty label.
     `system_id(name)` gives the id of a system that the profile lists, None for others.

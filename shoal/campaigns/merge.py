@@ -42,8 +42,8 @@ def merge_results(folders: Sequence[CampaignResults], out: Path) -> MergedResult
 
     If `out` is a data set already, its runs stay, and count as those of one more. A run that several have counts once,
     and they must agree on it; one that did not end gives way to one that did. Runs after the end of a campaign are left
-    out. The result is what the campaign would have made alone: it can go on there. Raises ResultsError for data sets of
-    another study or version, or runs that are not the same; OSError.
+    out. The result is what the campaign would have made alone: it can be resumed there. Raises ResultsError for data
+    sets of another study or version, or runs that are not the same; OSError.
     """
     if not folders:
         raise ResultsError("there is no data set to merge")

@@ -87,7 +87,7 @@ def run_jobs(pool: ProcessPool, jobs: Iterable[Job]) -> Generator[ScenarioOutcom
 def rerun_with_logs(
     pool: ProcessPool, outcomes: Iterable[ScenarioOutcome], log_root: Path
 ) -> Generator[ScenarioOutcome]:
-    """Run again, with a log, what has run to its end: what came of it then, with logs in `log_root`/<name of the file>.
+    """Repeat, with logs in `log_root`/<name of the file>, the runs that have ended: their results then.
 
     The outcome is otherwise the first one.
     """

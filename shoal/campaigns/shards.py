@@ -49,7 +49,7 @@ def shard_folder(folder: Path, shard: Shard) -> Path:
 
 
 def check_shard_stopping(shard: Shard, ending: StoppingRule) -> None:
-    """Raise ValueError if a part cannot know when the whole is over."""
+    """Raise ValueError if a part cannot see when the whole is over."""
     if shard != WHOLE_CAMPAIGN and ending.target_width is not None:
         raise ValueError(
             f"until: shard {shard} cannot know how well the pass rate of all shards is known; give --runs NUMBER"

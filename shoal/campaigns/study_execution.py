@@ -47,9 +47,9 @@ def run_study(
 ) -> CampaignResults:
     """Do the runs of a study that its folder does not have yet, until there are enough.
 
-    `on_progress` receives each one. Whatever ends it, the runs done stay, and the next call does the others, and those
-    again that did not end. Of a `shard` only its runs; a search has no shards. Raises what `ResultsWriter` and
-    `open_executor` raise; ValueError if a shard cannot know when it is over; OSError if the disk is full.
+    `on_progress` receives each one. After any end the runs done stay, and the next call does the others, and
+    repeats those that did not end. Of a `shard` only its runs; a search has no shards. Raises what `ResultsWriter` and
+    `open_executor` raise; ValueError if a shard cannot see when it is over; OSError if the disk is full.
     """
     import_optional("pyarrow.parquet")  # before hours of runs, not after them
     check_shard_stopping(shard, study.stopping_rule)

@@ -69,7 +69,7 @@ GARBAGE = 200_000
 
 
 class WrongUse(click.ClickException):
-    """A mistake of the user that click does not know by itself."""
+    """A mistake of the user that click does not check."""
 
     exit_code = WRONG_USE
 

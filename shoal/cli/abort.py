@@ -17,10 +17,10 @@ from support.terminal_text import printable
 def abort(vehicles: tuple[str, ...], connection: dict[str, Any], as_json: bool) -> None:
     """Have each VEHICLE stop everything at once, and wait for confirmation.
 
-    VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'. One is aborted as soon as it is
-    found, whatever becomes of the others. If several vehicles have its name or its id, all of them abort.
+    VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'. Each is aborted as soon as it is
+    found, independent of the others. If several vehicles have its name or its id, all of them abort.
 
-    Exit status 1 if one does not confirm it: then act as if it went on.
+    Exit status 1 if one does not confirm: assume that it still moves.
     """
     selection = parse_selection(vehicles)
 

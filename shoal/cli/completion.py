@@ -15,7 +15,7 @@ Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]
 
 
 def find_message_type(name: str, schema: imc.Schema) -> type[imc.Message]:
-    """The type of a message, whatever the case of its name. Raises UsageError that names the nearest."""
+    """The type of a message, by its name in any case. Raises UsageError that names the nearest."""
     names = {known.lower(): known for known in schema.types}
     if name.lower() not in names:
         close = [names[word] for word in get_close_matches(name.lower(), names, 3, 0.5)]

@@ -1,4 +1,4 @@
-"""`shoal export`: writes what other programs need to know of a vehicle, or of a plan."""
+"""`shoal export`: writes the files that other programs need of a vehicle, or a plan for them."""
 
 from typing import ClassVar
 
@@ -20,4 +20,4 @@ class ExportGroup(LazyGroup):
 
 @click.group(cls=ExportGroup)
 def export() -> None:
-    """Write what other programs need to know of a vehicle, or of a plan."""
+    """Write the files that other programs need of a vehicle, or a plan for them."""

@@ -36,7 +36,7 @@ KINDS = (
     imc.Heartbeat,
 )
 SHOWN = (imc.VehicleState, imc.EstimatedState, imc.EntityState)
-FIRST, LONGEST = 0.2, 0.75  # s to hear who is there, and what they say
+FIRST, LONGEST = 0.2, 0.75  # s to find vehicles and receive their states
 REFRESH = 0.25  # s
 
 

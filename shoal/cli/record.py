@@ -152,7 +152,7 @@ def _wants(selection: VehicleSelection, name: str) -> bool:
 
 
 async def _find(network: Network, selection: VehicleSelection, troubles: list[str], stop: asyncio.Event) -> None:
-    """Report vehicles that are not there; if nobody is, the recording ends."""
+    """Report missing vehicles; without any, the recording ends."""
 
     async def find(name: str) -> NetworkSystem | None:
         try:
@@ -179,7 +179,7 @@ async def _find(network: Network, selection: VehicleSelection, troubles: list[st
 def _finish(
     recorder: NetworkRecorder, selection: VehicleSelection, form: str, troubles: list[str], as_json: bool
 ) -> None:
-    """Print what was recorded, convert it if that is wanted, and note what is missing."""
+    """Print what was recorded, convert it if requested, and note what is missing."""
     rows: list[dict[str, object]] = []
     for name, recording in sorted(recorder.recordings.items()):
         path = recording.folder

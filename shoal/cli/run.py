@@ -220,7 +220,7 @@ def run_to_end(
 ) -> NoReturn:
     """Run a vehicle to its end, for `duration` (s) or until a signal, show its status, and exit with its exit status.
 
-    A first signal ends the run in order, within a second whatever hangs; a later one ends it immediately.
+    A first signal ends the run in order, within a second even if a task hangs; a later one ends it immediately.
 
     `start` is False if it continues from a snapshot. A snapshot is saved beside its log every `snapshot_every` (s); one
     that the disk rejects is reported and left out. So is a process of `supervisor` that never started.

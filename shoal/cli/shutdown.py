@@ -1,4 +1,4 @@
-"""The end of a run: in order after a signal, at once after a later one, and in time whatever hangs."""
+"""Shutdown: in order on the first signal, immediate on the second, never later than the deadline."""
 
 import contextlib
 import os
@@ -14,7 +14,7 @@ from runtime.kernel import Watchdog, event_queue, kernel
 from runtime.vehicle import Vehicle
 from runtime.vehicle import vehicle as vehicle_module
 
-STOPPING_TIME = 0.8  # s from a signal to the end, whatever hangs
+STOPPING_TIME = 0.8  # s from a signal to the end, even if something hangs
 SAME_STOP = 1.0  # s
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 OWN_FILES = (kernel.__file__, event_queue.__file__, vehicle_module.__file__)

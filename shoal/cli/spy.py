@@ -48,7 +48,7 @@ from shoal.network import (
 from support.terminal_text import printable, suggestion
 
 REFRESH = 0.5  # s
-QUIET = 5.0  # s without a message to show, after which the reason is told
+QUIET = 5.0  # s without a message to show, after which the reason is printed
 MOST_NAMED = 8
 WINDOW = 3.0  # s over which a live rate is taken
 RATES = re.compile(r"\b(rates?|hz|frequency|period)\b", re.IGNORECASE)

@@ -231,7 +231,7 @@ class StatusDisplay:
 
     @contextmanager
     def _ignoring_closed_terminal(self) -> Generator[None]:
-        """Let the vehicle go on if the terminal or the reader of the pipe is gone; rich raises SystemExit then."""
+        """Keep the vehicle running if the terminal or the reader of the pipe is gone; rich raises SystemExit then."""
         try:
             yield
         except (OSError, SystemExit):

@@ -64,7 +64,7 @@ class SystemdNotifier:
         if self._socket is None or not self._address:
             return
         address = f"\0{self._address[1:]}" if self._address.startswith("@") else self._address
-        with contextlib.suppress(OSError):  # nobody listens, or does not read
+        with contextlib.suppress(OSError):  # systemd does not listen or read
             self._socket.sendto("\n".join(lines).encode(errors="replace"), address)
 
     def _check_clock(self) -> None:

@@ -203,7 +203,7 @@ class ScenarioRuns:
         for outcome in self.outcomes:
             result = outcome.result
             warnings = [f"warning: {warning}" for warning in warning_lines(outcome)]
-            if outcome.is_unreadable or (not warnings and result.passed):  # what is wrong with a file was told
+            if outcome.is_unreadable or (not warnings and result.passed):  # the mistakes of a file were reported
                 continue
             self._print(f"\n{outcome.job.label}", "bold")
             for line in failure_details(result):

@@ -76,7 +76,7 @@ async def act_on_selection(
     """Act on all selected vehicles at once, each as soon as it is found; the results in the order of their names.
 
     Vehicles that match a pattern are looked for as long as `shoal ls` does. `takes_clash` as in `Network.find_system`.
-    `on_error` gets a result with an error at once, while the others go on.
+    `on_error` gets a result with an error at once, while the others continue.
     """
     tasks: dict[str, asyncio.Task[VehicleResult[T]]] = {}
 
@@ -111,7 +111,7 @@ def run_on_selection(
     takes_clash: bool = False,
     on_error: Callable[[VehicleResult[T]], object] = lambda _: None,
 ) -> list[VehicleResult[T]]:
-    """The same with all networks. Ends with status 1 if nobody matches a pattern, or the only one named fails."""
+    """The same with all networks. Ends with status 1 if no vehicle matches a pattern, or the only one named fails."""
 
     async def work(network: Network) -> list[VehicleResult[T]]:
         def report(result: VehicleResult[T]) -> None:
@@ -142,7 +142,7 @@ def print_results(
     to_json: Callable[[T], object],
     is_good: Callable[[T], bool] = lambda _: True,
 ) -> None:
-    """Print what came of each vehicle; several begin each line with their names, or have a line of JSON each.
+    """Print the result of each vehicle; several begin each line with their names, or have a line of JSON each.
 
     Ends the command with status 1 if one failed.
     """

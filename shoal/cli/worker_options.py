@@ -22,7 +22,7 @@ wall_limit_option = click.option(
 
 
 def check_wall_limit(workers: int | None, wall_limit: float) -> None:
-    """Reject a limit that nobody watches, and one that no run could keep. Raises UsageError."""
+    """Reject a limit without a process to enforce it, and one that no run could keep. Raises UsageError."""
     if not wall_limit > 0.0:
         raise click.UsageError("--wall-limit must be more than 0 s")
     if workers == 0 and wall_limit != WALL_LIMIT:

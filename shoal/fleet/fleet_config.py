@@ -253,7 +253,7 @@ def _without_mavlink(vehicles: tuple[FleetVehicle, ...], path: Path) -> list[Pro
 
 
 def _ids(profiles: dict[str, Profile]) -> dict[str, int]:
-    """The IMC id of each vehicle: that of its name; if another one has it, the next one that nobody has."""
+    """The IMC id of each vehicle: that of its name; if another one has it, the next free one."""
     ids: dict[str, int] = {}
     for name, profile in profiles.items():
         number = profile.systems.get(name) or derived_id(name)

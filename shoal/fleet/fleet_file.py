@@ -12,7 +12,7 @@ from support.terminal_text import corrected_spelling, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °
-HEARD = ("Abort", "Announce")  # each vehicle hears it of each other one: twice as many send four times as much
+HEARD = ("Abort", "Announce")  # each vehicle receives it from each other one: twice as many send four times as much
 
 _WORDS = {
     " | null`": "`",

@@ -22,7 +22,7 @@ from support.text_length import list_first
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
 TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
-MOST_ENTRIES = 32  # that wait to be told
+MOST_ENTRIES = 32  # that wait to be reported
 PATIENCE = 1.0  # s for the answers of all vehicles
 ENDING = 1.0  # s in which vehicles end whose fleet has been killed
 MOMENT = 0.1  # s

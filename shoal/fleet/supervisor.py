@@ -15,16 +15,16 @@ LONGEST_PAUSE = 60.0  # s
 HEALTHY_AFTER = 60.0  # s
 ENDING = 3.0  # s from the request to end to its being killed
 MOST_LINES = 20
-LAST_WORDS = 1.0  # s to read what an ended process has said; its own children may keep the pipe open
+LAST_WORDS = 1.0  # s to read the output of an ended process; its own children may keep the pipe open
 FROM_OUTSIDE = {signal.Signals[name] for name in ("SIGKILL", "SIGTERM", "SIGINT") if name in signal.Signals.__members__}
 
 
 class ManagedProcess:
-    """One process: its command, and how it goes. `failures` counts its ends in a row that nobody asked for, and the
-    starts that the system rejected.
+    """One process: its command and its state. `failures` counts its unrequested ends in a row, and the starts that the
+    system rejected.
 
     `last_error_line` is that of its standard error, `restarts` how often it was started again. It `ended_well` if its
-    status was 0; it `is_over` if it is not to start again, for whatever reason.
+    status was 0; it `is_over` if it is not to start again, for any reason.
     """
 
     def __init__(self, name: str, command: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
@@ -66,7 +66,7 @@ class ManagedProcess:
         self._reader = threading.Thread(target=self._read, args=(popen,), name=name, daemon=True)
         try:
             self._reader.start()
-        except RuntimeError as error:  # no more threads; nobody would read what it says, and it would wait for that
+        except RuntimeError as error:  # no more threads: its output would not be read, and would block it
             self._reader = None
             popen.kill()
             popen.wait()

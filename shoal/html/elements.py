@@ -43,7 +43,7 @@ def html_tiles(tiles: Iterable[tuple[str, str, str]]) -> str:
 
 
 def short_number(value: Any) -> str:
-    """A value with as many digits as people want."""
+    """A value with a readable number of digits."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 

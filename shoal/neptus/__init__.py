@@ -1,4 +1,4 @@
-"""The files that Neptus needs to know a vehicle: its definition and the list of its parameters."""
+"""The files that Neptus needs for a vehicle: its definition and the list of its parameters."""
 
 from shoal.neptus.parameter_file import parameter_list
 from shoal.neptus.vehicle_file import unplannable_maneuvers, vehicle_definition

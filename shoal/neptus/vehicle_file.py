@@ -143,7 +143,7 @@ def _add_maneuver(parent: Xml.Element, shape: ManeuverFormat, kind: str, speed: 
     _grow(maneuver, shape.others)
     if (flags := maneuver.find("flags")) is not None:
         flags.attrib.update(CurrPos="false", WaitAtSurface="true")
-    if (units := maneuver.find("startZUnits")) is not None:  # Neptus' own default, NONE, says no depth
+    if (units := maneuver.find("startZUnits")) is not None:  # Neptus' own default, NONE, has no depth
         units.text = "HEIGHT" if kind == "UAV" else "DEPTH"
     implementation = f"{CLASSES}.{shape.implementation or shape.name}"
     _add(maneuver, "annotation", {"documentation": "", "implementation-class": implementation})

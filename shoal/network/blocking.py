@@ -44,7 +44,7 @@ class LoopThread:
             return future.result()
         except concurrent.futures.CancelledError:
             raise NetworkError(ENDED) from None
-        except BaseException:  # also Ctrl-C: what waits on the network must not go on
+        except BaseException:  # also Ctrl-C: waiting on the network must end
             future.cancel()
             raise
 

@@ -23,7 +23,7 @@ FAR = 3.0  # s over a radio
 
 
 class NetworkError(Exception):
-    """A sentence for people: nobody there, no answer, a refusal."""
+    """An error for the user: no vehicle, no answer, a refusal."""
 
 
 class VehicleLost(NetworkError):

@@ -37,7 +37,7 @@ REPEAT = 0.4  # s between copies of a request that is not answered
 ABORT_REPEAT = 2.0  # s between those of an Abort to who obeys each: it confirms one within a second, if it arrives
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
-LONGEST = 8.0  # s for a system to say its id, or for Shoal to send data
+LONGEST = 8.0  # s for a system to announce its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat",)
 """Request to a connected system, so that its silence is noticed."""
@@ -81,7 +81,7 @@ class Network:
     async def __aexit__(self, *_: object) -> None:
         await asyncio.gather(*(link.close() for link in self.links))
 
-    # What links tell
+    # Called by links
 
     def on_packet(self, link: NetworkLink, arrival: ReceivedPacket) -> None:
         try:

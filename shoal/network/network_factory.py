@@ -94,7 +94,7 @@ def connect(
 
 
 def _in_file(path: Path | None) -> list[str]:
-    with suppress(ModuleNotFoundError):  # without zenoh the link says so
+    with suppress(ModuleNotFoundError):  # without zenoh the link reports that
         return [] if path is None else read_connect_endpoints(path)
     return []
 

@@ -131,7 +131,7 @@ async def _ask_types(vehicle: AsyncRemoteVehicle, entities: Iterable[str]) -> di
     first, *others = list(entities) or [""]
     found: dict[str, list[imc.TypedEntityParameter]] = {}
     try:
-        found[first] = await ask(first)  # one that does not know the question ignores it: the others are not asked
+        found[first] = await ask(first)  # one that does not support the query ignores it: the others are not asked
     except NoAnswer:
         if not vehicle.system.is_shoal:
             return {}

@@ -16,7 +16,7 @@ from shoal.network.remote_vehicle import AsyncRemoteVehicle
 from support.terminal_text import suggestion
 
 Outcome = Literal["set", "unchanged", "rejected", "no answer"]
-SETTLING = 1.5  # s; an entity that is to be activated says so only when it is
+SETTLING = 1.5  # s; an entity that is to be activated answers only when it is
 AGAIN = 0.2  # s between readings until then
 
 

@@ -18,7 +18,7 @@ CERTAIN = 1e-3  # expected number of entities whose answers all got lost, below 
 SHORT = 1.2  # s for the first question: there may be no such entity
 QUIET = 0.5  # s without an answer: there are no more
 NAMED = 8  # silent entities in an error
-OLD_VALUES_STAY = "; the old values stay"  # the vehicle ends so what a task says of values that do not fit together
+OLD_VALUES_STAY = "; the old values stay"  # end of the vehicle's error about values that do not fit together
 AT_ONCE = 50  # questions; a vehicle gives a console 200 answers a second
 
 

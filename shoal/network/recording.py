@@ -85,7 +85,8 @@ class NetworkRecorder:
     """Records vehicles below a folder, each in a folder of its own, until `stop` is set or `limit` bytes are reached.
 
     `wants` decides by its name whether a vehicle is recorded, also one that appears later. Packets are written as they
-    came, once, whatever ways they took. `report` gets the name and the folder of each vehicle when its log begins.
+    came, once, also if they came over several networks. `report` gets the name and the folder of each vehicle when its
+    log begins.
     """
 
     def __init__(
@@ -165,7 +166,7 @@ class NetworkRecorder:
             except TimeoutError:
                 continue
             if message.src not in system.ids:
-                continue  # said to it, not by it
+                continue  # sent to it, not by it
             has_labels |= isinstance(message, imc.EntityList) and message.op == imc.EntityList.Op.REPORT
             self._write(system, message, packet)
 

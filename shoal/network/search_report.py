@@ -31,7 +31,7 @@ class SearchReport:
         return self._troubles if self._expects_all else []
 
     def explain(self, past: float, there: Sequence[NetworkSystem]) -> None:
-        """Report once why a search, which has taken `past` s, takes longer: nobody is there, or sends anything."""
+        """Report once why a search, which has taken `past` s, takes longer: no vehicle answers, or sends anything."""
         if past < EXPLAINED:
             return
         late = [system.name for system in there if system.contact_timeout]

@@ -30,9 +30,9 @@ FRESH = 3.0  # s; a packet that also comes over another network counts only if t
 class NetworkSystem:
     """A system, by its name. Times are of `time.monotonic`, in s; NaN or 0 before the first.
 
-    parts: where its processes are, by link and process. heard: packets by link. missed: what did not arrive, or could
-    not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock: its
-    time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was
+    parts: where its processes are, by link and process. heard: packets by link. missed: packets that were lost, or
+    could not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock:
+    its time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was
     announced. seen: when each of its ids was received last. appeared_at: when its newest process appeared. data_at:
     when it sent another message than Announce last.
     """
@@ -255,7 +255,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
         found = self.get(name)
         if found is None:
             return
-        found.has_ended = is_told and found.age < TOLD  # zenoh tells of the end of one that it has not heard, too
+        found.has_ended = is_told and found.age < TOLD  # zenoh also reports the end of one that was never received
         found.parts.pop((link.name, part), None)
         if not any(link_name == link.name for link_name, _ in found.parts):
             found.links.pop(link.name, None)
@@ -286,7 +286,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
             system.id = number
             known = [system, *system.rivals]
             for rival in [other for other in self.values() if other.id == number and other not in known]:
-                if f"0x{number:04X}" not in (system.name, rival.name):  # its own number stands for a name not yet heard
+                if f"0x{number:04X}" not in (system.name, rival.name):  # a number stands for a name not yet received
                     rival.rivals.append(system)
                     system.rivals.append(rival)
             self.changed.set()

@@ -26,7 +26,7 @@ from runtime.network_interfaces import EVERYWHERE, interfaces, refused_destinati
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.udp_sockets import bound_socket, discovery_socket, own_address, waiting_datagrams
 
-USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be heard
+USUAL_PORTS = range(6002, 6007)  # where vehicles listen; asked if no announcement can be received
 BEAT = 1.0  # s
 AGAIN = (0.5, 0.6, 1.5, 2.5)  # s between the first Announces, of which a radio may lose some; then PERIOD
 SILENCE = 4.0  # s; a system that we send Heartbeat sends its own at 1 Hz
@@ -115,7 +115,7 @@ class UDPLink:
         """The vehicle's profile decides what it sends."""
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
-        # An abort is for all vehicles of a name: to let one of two go on would be the dangerous mistake.
+        # An abort is for all vehicles of a name: to miss one of two would be the dangerous mistake.
         for peer in self._everybody() if isinstance(message, imc.Abort) else self._peers.values():
             if system in (peer.name, EVERYBODY):
                 self._send(packet, peer.endpoint)

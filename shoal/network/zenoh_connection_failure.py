@@ -13,7 +13,7 @@ REFUSED = (
 
 
 def connection_failure(endpoints: Collection[str]) -> str:
-    """Nobody listens at the endpoints, or the program there did not accept us."""
+    """Nothing listens at the endpoints, or the program there rejected the connection."""
     accepting: list[str] = []
     for endpoint in endpoints:
         protocol, _, place = endpoint.partition("/")

@@ -31,7 +31,7 @@ class ZenohSessionThread:
         opened: asyncio.Future[zenoh.Session] = loop.create_future()
 
         def finish(session: "zenoh.Session | None", error: "zenoh.ZError | None") -> None:
-            if opened.done():  # too late: nobody waits any more
+            if opened.done():  # too late: the caller has given up
                 if session is not None:
                     cast("Any", session).close()
             elif session is not None:

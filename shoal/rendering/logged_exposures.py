@@ -281,7 +281,7 @@ def _read_messages(run: LoggedRun, instants: TimestampResolver, owner: int) -> M
 
 
 def _has_next_log(log: imc.Log) -> bool:
-    """Whether the run goes on in another log beside this one."""
+    """Whether the run continues in another log beside this one."""
     place = read_log_run_position(log.path.parent)
     return place is not None and len(logs_of_run(log.path.parent)) > place.number
 

@@ -19,7 +19,7 @@ class IndexedWork(Generic[T]):
 
 
 class RenderPool:
-    """Processes that start at once, so that they are ready when there is work; they take whatever is next.
+    """Processes that start at once, so that they are ready when there is work; each takes the next job.
 
     Close it to end them.
     """
@@ -86,6 +86,6 @@ def _process_main(pipe: Connection, following: Any) -> None:
             pipe.send(("done", work.function(number)))
         pipe.send(("over", None))
     except (EOFError, BrokenPipeError):
-        return  # nobody waits any more
+        return  # the caller has given up
     except Exception as error:
         pipe.send(("failed", error))

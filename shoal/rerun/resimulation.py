@@ -300,7 +300,7 @@ def _lacking(run: LoggedRun, about: RerunLogSummary, profile: Profile, task: Tas
     stopped: the task published messages in the log, but none here.
     """
     chosen = split_list(profile.config.value("Transports.Logging", "Transports"))
-    # A vehicle's own log begins with LoggingControl and has its heartbeat. But only the result tells whether another
+    # A vehicle's own log begins with LoggingControl and has its heartbeat. But only the result shows whether another
     # log was made from it, without some messages.
     whole = about.begins_with_start and imc.Heartbeat.ID in about.counts and not stopped
     present = [run.schema.by_id(number) for number in about.counts if number in run.schema.types_by_id]

@@ -38,7 +38,7 @@ def run(scenario: Scenario, *, seed: int | None = None, log_root: Path | None = 
 
     `seed` replaces that of the scenario. Logs are kept only with a `log_root`, in a folder for each vehicle. What goes
     wrong in the run, such as an exception of a task, is the `error` of the result. Nothing else is left behind. Raises
-    ScenarioFileError before the run if a vehicle has not got what the file names, as `dry_run` does.
+    ScenarioFileError before the run if a vehicle lacks what the file names, as `dry_run` does.
     """
     with _prepared_run(scenario, scenario.seed if seed is None else seed, log_root) as scenario_run:
         if not scenario_run.error:

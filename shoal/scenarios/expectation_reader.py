@@ -16,7 +16,7 @@ from support.located_yaml import Node
 from support.terminal_text import with_suggestion
 
 TIMES = ("from", "to", "while", "vehicle", "name")
-EXPECTED: Mapping[str, tuple[str, ...]] = {  # of each kind, what else may be said; the first kind that is there counts
+EXPECTED: Mapping[str, tuple[str, ...]] = {  # further keys of each kind; the first kind found counts
     "metric": (*METRIC_BOUNDS, "name"),
     "after": ("within", "eventually", "always", "never", *TIMES),
     "until": ("holds", "within", *TIMES),

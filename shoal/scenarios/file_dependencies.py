@@ -33,7 +33,7 @@ def profile_dependencies(profile: Profile, modes: Iterable[str]) -> ScenarioDepe
     for section in profile.config.sections.values():
         try:
             found = find_task(section.name)
-        except TaskImportError:  # the run tells it
+        except TaskImportError:  # the run reports it
             found = None
         name, dot, _ = section.name.partition("/")[0].rpartition(".")
         modules |= {found.__module__, name} if found is not None and dot else set()

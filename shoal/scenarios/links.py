@@ -52,7 +52,7 @@ class LinkChannel:
 
     Counted are messages `sent`, and those that waited in vain and were `dropped`; of the sent ones, for each receiver,
     `received`, `lost`, `out of range` and `cut`. The rest was on its way at the end.
-    A receiver gets each message at most once, in the order in which it was sent, and nobody gets an own one.
+    A receiver gets each message at most once, in the order in which it was sent, and none of its own.
     """
 
     def __init__(self, link: LinkModel, vehicles: Mapping[str, Vehicle], seed: int):

@@ -93,7 +93,7 @@ class Event(Protocol):
     """Something that happens in a run."""
 
     def schedule(self, context: RunContext) -> None:
-        """Prepare it, before the vehicles start. What it needs to know of one run, it keeps in objects of its own."""
+        """Prepare it, before the vehicles start. The state of one run is kept in objects of its own."""
         ...
 
 

@@ -23,7 +23,7 @@ MOST_FINE = 1000
 
 
 class ScenarioProfiles:
-    """Profiles as they are, which nobody may change, and the checks of what scenarios set in them."""
+    """Unchanged profiles, shared read-only, and the checks of the settings of scenarios in them."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -90,7 +90,7 @@ class ScenarioProfiles:
     def check_settings(
         self, node: Node, profile: Profile, modes: frozenset[str], settings: Sequence[ScenarioSetting]
     ) -> None:
-        """Raise the error of the file for settings that the profile does not know, or with a wrong value."""
+        """Raise the error of the file for settings that the profile does not have, or with a wrong value."""
         for setting in settings:
             _check_value(node, setting)
             _check_general(node, setting, profile)

@@ -203,4 +203,4 @@ def _scalar(value: object) -> str:
     if not isinstance(value, int):
         value = float(cast(Any, value))
     text = repr(value)
-    return text.replace("e", ".0e", 1) if "e" in text and "." not in text else text  # YAML wants the point
+    return text.replace("e", ".0e", 1) if "e" in text and "." not in text else text  # YAML needs the point

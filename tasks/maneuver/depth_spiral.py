@@ -33,7 +33,7 @@ async def spiral(
 
     Raises ManeuverError if the vertical speed on the circle is below `slowest` (m/s) over `patience` (s). Where control
     holds the vehicle off the bottom, or the water is too shallow for an altitude, it is done, and the maneuver reports
-    it; a depth that is `required` is an error. To know it, the maneuver must receive DesiredZ.
+    it; a depth that is `required` is an error. For that, the maneuver must receive DesiredZ.
     """
     state = await maneuver.wait_for_state()
     maneuver.start_path(leg, radius=radius, flags=flags)

@@ -12,7 +12,7 @@ from support.wgs84 import displace, ground_distance, offset
 from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 
 JUMP = 50.0  # m between two positions of a system that rests
-NOWHERE = (0.0, 0.0)  # what a system announces that does not know its position
+NOWHERE = (0.0, 0.0)  # announced by a system without a position
 
 
 class _Sighting(NamedTuple):

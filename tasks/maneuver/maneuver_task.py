@@ -21,7 +21,7 @@ ALL_LOOPS = 0xFFFFFFFF
 UNKNOWN_ETA = 0xFFFF
 DONE = "done"
 SILENCE = 1.5  # s after which a maneuver repeats its report
-SHORT = 0.5  # m; a depth or altitude that is missed by more is said
+SHORT = 0.5  # m; a depth or altitude that is missed by more is reported
 MISSED_SCOPES = 1000  # more than others begin while a task restarts
 VERTICAL: Mapping[int, str] = {imc.ZUnits.DEPTH: "depth", imc.ZUnits.ALTITUDE: "altitude"}
 
@@ -90,7 +90,7 @@ class Maneuver(Task):
         self._bus.subscribe(Subscription(self.message_type(), self._begin, self))
 
     def start(self) -> None:
-        if hasattr(self, "_scope"):  # restarted: others may have enabled loops, in scopes that it has not heard of
+        if hasattr(self, "_scope"):  # restarted: others may have enabled loops, in scopes that it has not received
             self._scope, self._enabled = self._scope + MISSED_SCOPES, None
         else:
             self._scope = self._path_ref = 0
@@ -174,7 +174,7 @@ class Maneuver(Task):
     def check_depth(self, leg: PathEnd, error: float) -> None:
         """Report if the vehicle is not at the depth or altitude of `leg` at its end; `error` is what is missing (m).
 
-        The maneuver goes on as in DUNE: a leg may be too short to dive, or the water too shallow. The text is in the
+        The maneuver continues as in DUNE: a leg may be too short to dive, or the water too shallow. The text is in the
         log book, in the report of the maneuver when it is done, and from there in the last reply to the console.
         """
         name = VERTICAL.get(leg.z_units)

@@ -111,7 +111,7 @@ class DB(Task):
                 self._unchecked.pop(key, None)  # the next answer is not to a request that had none
             elif is_for_me and not self._copies_of_starts.is_duplicate(message):
                 self._unchecked[key] = message
-                while len(self._unchecked) > MOST_WAITING:  # without a plan engine nobody answers
+                while len(self._unchecked) > MOST_WAITING:  # without a plan engine there is no answer
                     del self._unchecked[next(iter(self._unchecked))]
         elif message.src == self.system and message.type in (kinds.SUCCESS, kinds.FAILURE):
             key = message.dst, message.dst_ent, message.request_id, message.op
@@ -238,7 +238,7 @@ class DB(Task):
         return self._current
 
     def _publish_database_state(self) -> None:
-        """Publish what is stored now, once a second at most; on a virtual clock nobody is there to see it."""
+        """Publish what is stored now, once a second at most; on a virtual clock it is not needed."""
         self._current = None
         if self.vehicle.has_virtual_time or self._is_due:
             return

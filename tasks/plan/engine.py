@@ -71,7 +71,7 @@ class Engine(Task):
         self._vehicle: imc.VehicleState | None = None
         self._silence = 0
         self.set_entity_state(State.NORMAL, "active")
-        if lost is not None:  # nobody else would end its maneuver
+        if lost is not None:  # no other task would end its maneuver
             self._plan_id = lost.request.plan_id
             self._fail(lost, "the plan engine failed, and has restarted")
         self._publish_state()

@@ -13,7 +13,7 @@ Valid = imc.GpsFix.Validity
 Type = imc.GpsFix.Type
 
 UBX = b"\xb5\x62"
-LONGEST_SENTENCE = 256  # bytes; NMEA says 82, receivers send more
+LONGEST_SENTENCE = 256  # bytes; the limit of NMEA is 82, receivers send more
 LONGEST_UBX = 1024  # bytes; NAV-SAT of 80 satellites
 KNOT = 1852.0 / 3600.0  # m/s
 KMH = 1.0 / 3.6
@@ -195,7 +195,7 @@ def _merge(fields: dict[str, Any], values: Mapping[str, Any]) -> None:
     kind = fields.get("type", Type.STANDALONE)
     fields |= values
     fields["validity"] = validity
-    if kind is not Type.STANDALONE:  # the sentence that says more, such as DIFFERENTIAL
+    if kind is not Type.STANDALONE:  # the more specific sentence, such as DIFFERENTIAL
         fields["type"] = kind
 
 

@@ -39,7 +39,7 @@ class Failsafe(Task):
     until messages of all links arrive and the vehicle is at the surface; until then its entity is in ERROR. It needs no
     other task, and its Heartbeat shows that it works. Silence is counted in ticks, so a late kernel is not silence.
 
-    With an `Ascent Thrust`, a vehicle under water that nobody controls and that does not rise by itself comes up with
+    With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
     goes astern, and pauses.
     """
@@ -249,7 +249,7 @@ class Failsafe(Task):
             self.publish(type(command)(id=command.id, value=0.0))
 
     def _watch_ascent(self) -> None:
-        """Begin and end the powered ascent of a vehicle that nobody controls."""
+        """Begin and end the powered ascent of an uncontrolled vehicle."""
         ascent, now, before = self._ascent, self.now_without_stalls, self._ascent.failed
         if self._loops:
             ascent.reset(now)

@@ -13,7 +13,7 @@ Phase = imc.ManeuverControlState.State
 class ManeuverLauncher:
     """Publishes StopManeuver and maneuvers for a task, each after the answer to the last.
 
-    Pass every ManeuverControlState to `on_maneuver_state`. A maneuver that nobody answers within `timeout` (s) is
+    Pass every ManeuverControlState to `on_maneuver_state`. A maneuver without an answer within `timeout` (s) is
     dropped and passed to `unanswered`.
     """
 

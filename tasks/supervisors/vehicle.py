@@ -84,7 +84,7 @@ class Vehicle(Task):
 
     @consume
     def on_plan_control_state(self, plan: imc.PlanControlState) -> None:
-        """Note since when no plan runs: a command that comes late may start a maneuver that nobody will end."""
+        """Note since when no plan runs: a late command may start a maneuver that no task ends."""
         runs = plan.state in (PlanPhase.INITIALIZING, PlanPhase.EXECUTING)
         self._planless_since = math.inf if runs else min(self._planless_since, self.now)
 
@@ -253,7 +253,7 @@ class Vehicle(Task):
             self._disable_loops()
 
     def _disable_loops(self) -> None:
-        """Do what IdleManeuver does, if nobody does it."""
+        """Replace a missing IdleManeuver."""
         self._scope += 1
         self._loops = 0
         disable = imc.ControlLoops.Enable.DISABLE
@@ -270,7 +270,7 @@ class Vehicle(Task):
         return self._missed_beats > self.failsafe_timeout * self.execution_frequency
 
     def _watch_failsafe(self) -> None:
-        """Without the last resort the vehicle does not go on. Counted in ticks, so a late kernel is not silence."""
+        """Stop a vehicle without its last resort. Counted in ticks, so a late kernel is not silence."""
         before = self._lost_failsafe
         self._missed_beats += 1
         if self._lost_failsafe and not before:

@@ -160,7 +160,7 @@ class Announce(Task):
             self.announce()
 
     def announce(self) -> None:
-        """Send what this computer may know to it, and what others may know to them."""
+        """Send the local announcement on this computer, and the public one to the networks."""
         self.asked, self.sent = False, network_time(self)
         self.due = self.sent + max(SHORTEST, self.announcement_periodicity)
         offered = list(self.offered.values())

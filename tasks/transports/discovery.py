@@ -27,7 +27,7 @@ from tasks.transports.imc_links.sockets import (
 
 FORGOTTEN = 4.5 * PERIOD  # s after which a system is no longer within range
 MOST_SYSTEMS = 256
-MOST_RUNS = 4  # of one id that are told apart
+MOST_RUNS = 4  # of one id that are distinguished
 MOST_SENDERS = 64
 RATE = 20.0  # Announces per second from one address of another computer
 LOCAL_RATE = 200.0  # from this one, where a fleet may run
@@ -92,7 +92,7 @@ class Discovery(Task):
         self.recent = DuplicateFilter(REMEMBERED)
         self.remote_senders = TokenBuckets(RATE, RATE, MOST_SENDERS)
         self.local_senders = TokenBuckets(LOCAL_RATE, LOCAL_RATE, MOST_SENDERS)
-        # By address: a flood from one keeps out nobody at another.
+        # By address: a flood from one does not shut out others.
         self.new_systems = TokenBuckets(NEW_RATE, NEW_SYSTEMS, MOST_SENDERS)
         self.new_lines = LogLimit("more new systems are within range")
         self.seen: dict[int, list[SystemSighting]] = {}
@@ -165,7 +165,7 @@ class Discovery(Task):
             self.listen("the program that listens for all accepts no more")
 
     def pulse_or_check_leader(self) -> None:
-        """Show the followers that we live, or listen if nobody does it for us."""
+        """Send followers a sign of life, or listen if there is no leader."""
         schedule_network_timer(self, PULSE, self.pulse_or_check_leader)
         if self.leader is not None:
             self.leader.pulse()

@@ -60,7 +60,7 @@ class Logging(Task):
     """Missing parts of the log, for people; empty if it is complete."""
 
     def configure(self) -> None:
-        if not hasattr(self, "_logs"):  # it goes on if the task is restarted
+        if not hasattr(self, "_logs"):  # it continues if the task is restarted
             self._logs = LogSeries(self.vehicle.log_root / self.system_name, self._synchronize)
         schema = self.vehicle.bus.messages
         names = {name for name in self.transports if name}

@@ -164,7 +164,7 @@ class ReplayedLog:
         reached = begin is None
         for _, packet in self.log.packets():
             header = imc.header(packet)
-            # Other systems have other clocks: if the first packet tells the owner of the log, only its clock counts.
+            # Other systems have other clocks: if the first packet names the owner of the log, only its clock counts.
             if header.src == owner or not led:
                 timeline.advance_to_packet(header.timestamp)
             elapsed, origin = timeline.elapsed, timeline.origin

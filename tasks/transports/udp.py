@@ -68,7 +68,7 @@ class UDP(DatagramLinkTask):
         self.reader = self.socket = None
 
     def refresh_subscriptions(self) -> None:
-        """Find out where to send, and to whom by which list."""
+        """Find out the destinations, and the list for each."""
         contacts = self.peers.contacts(network_time(self)) if self.dynamic_nodes else []
         self.routes.update(
             (peer.system, endpoint) for peer, endpoint in contacts if not self.vehicles.withholds(peer.system)

@@ -11,7 +11,7 @@ from tasks.vision.cameras.rendered_camera import RenderedCameraTask
 from world.optics import CalibrationError, CameraModel, DomePort, FlatPort, PinholeModel, put_behind_port
 
 REPLACED = "width", "height", "field_of_view", "principal_point", "distortion"  # by a calibration
-GRID = 9  # places across an image, and down it, that tell whether it is empty
+GRID = 9  # sampled columns and rows that show whether an image is empty
 
 
 class Camera(MountedCameraTask, RenderedCameraTask):

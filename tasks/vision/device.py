@@ -87,7 +87,7 @@ class Device(ExternalCameraTask):
 
 
 class _FrameReader:
-    """Reads a camera in a thread until it ends, or is `closed`. `passed` counts frames that nobody took in time."""
+    """Reads a camera in a thread until it ends, or is `closed`. `passed` counts frames that were not taken in time."""
 
     def __init__(self, address: str | int, size: tuple[int, int], timeout: float):
         self.closed = False

@@ -17,7 +17,7 @@ SMALLEST_TILE = 60  # px: a near glider must not fill one
 SAMPLES = 16  # per side of a tile, at most
 DEVIATION = 1.4826  # from the median of absolute deviations to the standard deviation of a normal one
 QUANTUM = 1.0  # of 255: no background is quieter
-HUE = 0.5  # least cosine between the wanted direction and that in which a set differs from what is around it
+HUE = 0.5  # least cosine between the desired direction and that in which a set differs from what is around it
 GAP = 2  # px between parts of a set
 MOST_PIXELS = 0.1  # share of the picture: what is larger is no thing in front of a background
 
@@ -134,7 +134,7 @@ def _spread(borders: NDArray[np.int64]) -> NDArray[np.int64]:
 class _Background(NamedTuple):
     """Background of pixels: the median of the `colors` of each tile, and of their scores the median and deviation.
 
-    `weights` (3,) make scores of colors; `direction` (3,) is the unit vector of the wanted hue.
+    `weights` (3,) make scores of colors; `direction` (3,) is the unit vector of the desired hue.
     """
 
     colors: Floats

@@ -27,7 +27,7 @@ STEPS = np.float32(255.0)
 class Exposure:
     """The sensor behind a lens. By default it is perfect: an instant, no noise, all rows at once.
 
-    The scene is exposed right, whatever the `time` (s): that is only for how long motion smears the picture, as the
+    The scene is exposed right for any `time` (s): that is only for how long motion smears the picture, as the
     mean of `samples` instants. A `gain` above 1 makes up for light that is missing: fewer photons for the same
     brightness. `full_well` is how many electrons are white at a gain of 1; 0 means more than can be counted.
     `read_noise` is the root mean square of electrons that are none. `vignetting` is the share of light that the corner
@@ -148,7 +148,7 @@ class Shutter:
 
 
 def frame_random(seed: int, camera: str, frame: int) -> Generator:
-    """Random numbers for a frame of a camera: always the same for the same seed, whatever was taken before."""
+    """Random numbers for a frame of a camera: always the same for the same seed, also after other frames."""
     return Generator(PCG64(SeedSequence([seed, crc32(camera.encode()), frame])))
 
 

@@ -127,7 +127,7 @@ class CameraService(MavlinkService):
 
 
 def addressed_sessions(session: Session, message: ReceivedMessage) -> list[Session]:
-    """The components that a message is for; an order to all is only for those who know it, a file for the first."""
+    """The components that a message is for; an order to all is only for those that support it, a file for the first."""
     parts = (session, *session.cameras)
     found = [part for part in parts if is_addressed(message, part.source.system, part.source.component)]
     if message.name == FTP:

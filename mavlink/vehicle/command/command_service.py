@@ -1,4 +1,4 @@
-"""The command protocol: each order is carried out once, and acknowledged to whom gave it."""
+"""The command protocol: each order is carried out once, and acknowledged to its sender."""
 
 import math
 from collections.abc import Callable, Collection, Mapping

@@ -149,7 +149,7 @@ def _pause_or_continue(
 
 
 def _set_current(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
-    """Go on at an item, also by the older message; -1 is the present one, or with parameter 2 the first."""
+    """Continue at an item, also by the older message; -1 is the present one, or with parameter 2 the first."""
     mission, seq = targets.control.mission, order.integer_parameter(1)
     number = -1 if seq is None else seq_to_item_number(seq, session)
     if seq == -1:

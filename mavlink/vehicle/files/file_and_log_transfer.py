@@ -19,7 +19,7 @@ Asker = tuple[Session, int, int]
 class FileAndLogTransfer(MavlinkService):
     """Transfer of the virtual files and the logs to stations; each gets only what it asked for itself.
 
-    All readers share PACKETS_AT_ONCE in a period, each at least one packet, so that many of them delay nobody else.
+    All readers share PACKETS_AT_ONCE in a period, each at least one packet, so that many delay no other service.
     """
 
     def __init__(self, files: VirtualFiles) -> None:
@@ -47,7 +47,7 @@ class FileAndLogTransfer(MavlinkService):
             session.start_file_transfer(partial(self._send, session))
 
     def check_timeouts(self, now: float) -> None:
-        """Close what nobody has read for some time."""
+        """Close transfers that were not read for some time."""
         self._files.forget_silent(now)
         self._logs.forget_silent(now)
 

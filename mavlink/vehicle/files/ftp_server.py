@@ -5,7 +5,7 @@ The answers fit what stations really do, where the protocol leaves it open:
   in the answer, QGroundControl and pymavlink take it from there.
 - The last packet of a file completes its burst, and no "end of file" follows: MAVSDK takes any refusal for a failure.
   Who asks for a burst at the end gets "end of file", as QGroundControl does.
-- A burst that is asked for again while it runs goes on: MAVSDK does not survive data that it has already.
+- A burst that is requested again while it runs continues: MAVSDK does not survive data that it has already.
 """
 
 from collections import OrderedDict
@@ -98,7 +98,7 @@ class _Dialogue:
 class FtpServer:
     """Answers requests for the files of a tree; whoever asks is known by any value, such as (system, component).
 
-    A session that nobody uses for `timeout` seconds is closed. Nothing raises: what fails is rejected.
+    A session that is idle for `timeout` seconds is closed. Nothing raises: what fails is rejected.
     """
 
     def __init__(self, tree: VirtualFiles, *, timeout: float = 60.0):
@@ -146,7 +146,7 @@ class FtpServer:
         return None
 
     def forget_silent(self, now: float) -> None:
-        """Close what nobody has used for a while."""
+        """Close idle sessions."""
         since = now - self._timeout
         for asker, dialogue in list(self._dialogues.items()):
             for number in [number for number, session in dialogue.sessions.items() if session.used < since]:

@@ -139,7 +139,7 @@ class LogServer:
     def _list(self, reader: _Reader, values: Mapping[str, Any]) -> None:
         reader.entries.clear()
         if not reader.logs:
-            reader.entries.append(0)  # says that there are none
+            reader.entries.append(0)  # reports that there are none
             return
         low, high = max(values["start"] - reader.first, 0), min(values["end"] - reader.first, len(reader.logs) - 1)
         reader.entries.extend(range(low, high + 1))

@@ -77,7 +77,7 @@ class PlanClient:
             asked.then(PlanReply(done, "" if done else reply.info or "the vehicle refuses", reply.arg))
 
     def tick(self, now: float) -> None:
-        """End the requests that nobody answers."""
+        """End unanswered requests."""
         for number, asked in list(self._asked.items()):
             if now >= asked.until and self._asked.pop(number, None) is not None:
                 asked.then(PlanReply(False, "the vehicle does not answer"))

@@ -37,7 +37,7 @@ class MissionState(IntEnum):
 
 
 class MissionStore:
-    """A plan of the vehicle as items: one that was uploaded, or whatever plan the vehicle executes.
+    """A plan of the vehicle as items: the uploaded one, or the one that the vehicle executes.
 
     `reach(numbers)` gets the numbers of items that are over, home not counted. Items are kept without ArduPilot's item
     0, which is home; stations of that flavor see it.
@@ -117,7 +117,7 @@ class MissionStore:
             then(PlanReply(True))
 
     def start(self, then: OnReply, now: float, number: int | None = None) -> None:
-        """Start the mission, at an item or where it was interrupted; one under way goes on."""
+        """Start the mission, at an item or where it was interrupted; a running one continues."""
         if self.plan is None:
             then(PlanReply(False, NO_PLAN))
             return
@@ -142,7 +142,7 @@ class MissionStore:
             self._plans.load(self.plan.plan_id, then, now)
 
     def set_current(self, number: int, then: OnReply, now: float) -> bool:
-        """Go on at an item: now, or when the mission is started; False if from there on no item moves the vehicle."""
+        """Continue at an item: now, or at the start of the mission; False if no item after it moves the vehicle."""
         maneuver = self._item_map.maneuver_at(number) if 0 <= number < len(self._items) else None
         if self.plan is None or maneuver is None:
             return False
@@ -257,7 +257,7 @@ class MissionStore:
             self.state = MissionState.PAUSED
 
     def _leave(self) -> None:
-        """Remember where it was, without a word that this is over: it may go on there, or jump."""
+        """Keep the present item without reporting an end: the mission may continue there, or jump."""
         if self.state is MissionState.ACTIVE:
             self._next = self._maneuver or self._next
         self._maneuver = ""

@@ -122,7 +122,7 @@ class MissionTransfer(MavlinkService):
         return self.mission.fence() if kind == MissionType.FENCE else ()
 
     def _serve(self, handler: Handler, session: Session, message: ReceivedMessage, now: float) -> None:
-        """A station that goes on has got its answer, and could take an echo for the next one."""
+        """A station that continues has its answer, and could take an echo for the next one."""
         echo = self._echo
         if echo is not None and (echo.upload.session, echo.upload.uploader_ids) == (
             session,
@@ -154,7 +154,7 @@ class MissionTransfer(MavlinkService):
             session.reply(message, "MISSION_ITEM_INT", **item.fields(seq))
 
     def _count(self, session: Session, message: ReceivedMessage, now: float) -> None:
-        """A station wants to upload; the same one may begin again at any time."""
+        """Begin an upload of a station; the same one may begin again at any time."""
         kind, count = message.values["mission_type"], message.values["count"]
         if kind not in STORED:
             empty = kind == MissionType.RALLY and count == 0

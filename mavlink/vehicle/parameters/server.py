@@ -44,7 +44,7 @@ class ParameterServer(MavlinkService):
         return min((due for due, _ in self._pending.values()), default=None)
 
     def send_changed_parameters(self, reply: imc.EntityParameters) -> None:
-        """Send changed parameters to all ground stations, whoever set them."""
+        """Send changed parameters to all ground stations, also those set elsewhere."""
         for item in reply.params:
             entry = (
                 self._table.find_entity_parameter(reply.name, item.name)

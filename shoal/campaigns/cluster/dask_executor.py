@@ -70,7 +70,7 @@ class DaskExecutor:
         self._address, self._on_notice = address, on_notice
         place = to_dask_address(address)
         distributed = import_optional("distributed", "cluster")
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it has to say is raised here
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # its error is raised here
         try:
             self._client = distributed.Client(place, timeout=CONNECT, set_as_default=False, name="shoal")
         except (OSError, TimeoutError) as error:
@@ -123,19 +123,19 @@ class DaskExecutor:
             while self._assign_jobs(coming):
                 yield from self._wait_for_result()
                 yield from self._give_up()
-        finally:  # the caller may have heard enough
+        finally:  # the caller may stop here
             self._retries.clear()
             self._cancel()
 
     def _assign_jobs(self, coming: Iterator[Job]) -> bool:
-        """Give jobs to all that have none; False if there is no job left, and nobody has one."""
+        """Give jobs to idle workers; False if no job is left or under way."""
         self._poll_workers()
         while (free := self._freest_worker()) is not None:
             job, deaths = self._retries.popleft() if self._retries else (next(coming, None), 0)
             if job is None:
                 return bool(self._assigned)
             self._submit(job, deaths, free)
-        if not self._assigned and not self._retries:  # nobody is there: for want of jobs that is no error
+        if not self._assigned and not self._retries:  # no worker is left: without jobs that is no error
             job = next(coming, None)
             self._retries += [(job, 0)] if job is not None else []
         return bool(self._assigned or self._retries)
@@ -211,7 +211,7 @@ class DaskExecutor:
         self._retries = deque(lost for lost in self._retries if lost[1] < DEATHS)
 
     def _poll_workers(self, *, at_once: bool = False) -> None:
-        """See who has come and who has gone. Raises OSError if the scheduler has gone, or nobody is left."""
+        """Update the list of workers. Raises OSError if the scheduler or the last worker has gone."""
         if time.monotonic() - self._polled_at < POLL_PERIOD and not at_once:
             return
         self._check()

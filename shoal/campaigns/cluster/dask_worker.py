@@ -46,7 +46,7 @@ def run_job(token: str, job: bytes) -> JobReply | None:
 
     Raises OSError if the process that did it has ended.
     """
-    from distributed import get_worker  # whoever calls this has it
+    from distributed import get_worker  # every caller has it
 
     worker: Any = get_worker()
     found: WorkerWorkspace | None = worker.extensions.get(token)
@@ -76,7 +76,7 @@ class WorkerWorkspace:
                 self._end_process(process)
                 if is_new:
                     raise
-                return self.run_job(job)  # it had ended for want of jobs
+                return self.run_job(job)  # the idle process had exited
             if b"refused" in reply[:12]:
                 self._end_process(process)
                 return reply, []

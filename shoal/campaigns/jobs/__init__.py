@@ -1,4 +1,4 @@
-"""Single runs: what one is, the processes that do them, and the row that comes of each."""
+"""Single runs: jobs, the processes that do them, and their result rows."""
 
 from shoal.campaigns.jobs.cpu_timing import TimedResult, TimedRunner, make_timed_runner
 from shoal.campaigns.jobs.executor import JobExecutor

@@ -16,6 +16,6 @@ class JobExecutor(Protocol):
         A job is asked for when there is somebody for it. One whose process or computer is lost is done elsewhere; one
         that takes too long, or of which several processes die, has an UnfinishedResult. Logs are in `log_root` of
         the job, on this computer. The same job has the same result on every engine. The caller may leave at any
-        moment. Raises OSError when nobody is left who could do a job.
+        moment. Raises OSError when no worker is left.
         """
         ...

@@ -13,7 +13,7 @@ SCENARIO_SUFFIX = ".scenario.yaml"
 class Job:
     """A run of the scenario in a file.
 
-    `key` is the caller's, to know it again. `values` replace those of the file, by path ("world/current/north").
+    `key` identifies it to the caller. `values` replace those of the file, by path ("world/current/north").
     `seed` replaces that of the file. A log is kept only with a `log_root`.
     """
 

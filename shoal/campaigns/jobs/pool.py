@@ -16,7 +16,7 @@ from shoal.scenarios import ScenarioResult
 
 WALL_LIMIT = 600.0  # s
 MAX_DEATHS = 2  # processes that may die of one job
-MAX_KILLS = 5  # if the last one was killed, which may come from outside: a scheduler, or the system for want of memory
+MAX_KILLS = 5  # if the last one was killed, perhaps from outside: by a scheduler, or by the system when memory is short
 MAX_FAILED_STARTS = 3  # processes, one after another, that ended before they could work
 
 
@@ -76,13 +76,13 @@ class ProcessPool:
         try:
             while self._assign_jobs(coming):
                 yield from self._wait_for_results()
-        finally:  # the caller may have heard enough
+        finally:  # the caller may stop here
             self._retries.clear()
             for worker in [worker for worker in self._workers if worker.job is not None]:
                 self._end(worker)
 
     def _assign_jobs(self, coming: Iterator[Job]) -> bool:
-        """Give jobs to all that have none; False if there is no job left, and nobody has one."""
+        """Give jobs to idle workers; False if no job is left or under way."""
         while (idle := next((worker for worker in self._workers if worker.job is None), None)) is not None or (
             len(self._workers) < self._count
         ):

@@ -22,7 +22,7 @@ from shoal.scenarios import ScenarioResult
 GRACE = 1.0  # s from the limit, at which the process notes where it hangs, to its end
 FOLDER_PREFIX = "worker-"  # of the folders of processes
 HANG_FILE = "hung.txt"  # in the folder of the process
-READY, BEGUN = "ready", "begun"  # what a process says before results
+READY, BEGUN = "ready", "begun"  # first line of a process, before results
 GARBAGE = 20_000  # new objects after which Python looks for garbage; by default 700, which takes a tenth of a run
 KERNEL = os.path.join("runtime", "kernel", "")
 _FRAME = re.compile(r'^  File "(.*)", line (\d+) in (\w+|<\w+>)$')
@@ -100,7 +100,7 @@ class WorkerProcess:
 
     def _send(self) -> None:
         self._deadline = time.monotonic() + self._wall_limit + GRACE
-        with contextlib.suppress(OSError):  # it has ended: `receive` will say so
+        with contextlib.suppress(OSError):  # it has ended: `receive` will report that
             self.pipe.send(self.job)
 
 

@@ -1,4 +1,4 @@
-"""A file of records that is only ever added to, so that whatever ends the process leaves all but the last one."""
+"""An append-only file of records: a crash loses the last one at most."""
 
 import errno
 import json

@@ -1,4 +1,4 @@
-"""The folder of a campaign: what it is of, and a row for each run, whatever has ended the process that wrote it."""
+"""A campaign's result folder: its study, and one crash-safe row per run."""
 
 import json
 from collections.abc import Iterator, Mapping

@@ -7,8 +7,8 @@ from typing import Any
 from shoal.campaigns.optional_import import import_optional
 from shoal.campaigns.search.search_space import SearchAxis, ValueChanges
 
-RANDOM = 10  # trials before Optuna has enough to go by
-TRIES = 20  # for each trial that is wanted, if it has been done already
+RANDOM = 10  # trials that Optuna needs for a model
+TRIES = 20  # draws per trial, to avoid one that was done already
 
 
 def suggest_trials(

@@ -1,4 +1,4 @@
-"""The files of a study by content, so that it is the same on every computer, and whatever becomes of the files."""
+"""Copies of a study's files, so that its runs are the same on every computer and after changes to the files."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ class StudyBundle:
     """`files` are the contents by absolute path on the computer of the study, `folder` is the working folder there.
 
     `etc` is where the user's profiles are, `code` the folders in which modules are searched for, `modules` their
-    names. `digest` is that of what a scenario does not know of itself: code, messages, and files that are named.
+    names. `digest` covers what the digest of the scenario does not: code, messages, and files that are named.
     """
 
     files: Mapping[str, bytes]

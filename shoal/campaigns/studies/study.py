@@ -274,7 +274,7 @@ class _Reader:
         for place, varied in design.distributions.items():
             for cell in varied.levels:
                 if isinstance(cell, str):
-                    with suppress(ValueError):  # the run with this value tells it
+                    with suppress(ValueError):  # the run with this value reports it
                         sources |= self._draft.dependencies({**first, place: cell})
         return make_bundle((self._path, path), sources, dict(self._named_files()))
 

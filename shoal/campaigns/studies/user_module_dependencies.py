@@ -75,7 +75,7 @@ def _imports(module: str, file: Path) -> Iterator[str]:
     """The names of what a module imports; of `from a import b` both a and a.b, since b may be a module."""
     try:
         tree = ast.parse(file.read_bytes())
-    except (OSError, SyntaxError, ValueError):  # its import will tell it
+    except (OSError, SyntaxError, ValueError):  # its import will report it
         return
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     for node in ast.walk(tree):

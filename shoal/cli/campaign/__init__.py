@@ -30,7 +30,7 @@ class CampaignGroup(LazyGroup):
 
 @click.group(cls=CampaignGroup, context_settings={"ignore_unknown_options": True}, subcommand_metavar="STUDY | COMMAND")
 def campaign() -> None:
-    """Run a scenario many times with values that vary, and show what comes of it.
+    """Run a scenario many times with varying values, and report the results.
 
-    shoal campaign drift.study.yaml runs a study, and goes on where it was if it was ended before.
+    shoal campaign drift.study.yaml runs a study, and resumes one that was interrupted.
     """

@@ -51,7 +51,7 @@ class ImportReport:
     """Imported content: records in the file, bytes outside of them, IMC messages written, by system.
 
     first_lost: the place of the first byte outside of records, -1 for none. skipped: records whose contents could not
-    be translated. notes: what a person should know of it.
+    be translated. notes: remarks for the user.
     """
 
     records: int = 0

@@ -32,7 +32,7 @@ class BadMcapFile(ValueError):
 
 
 class _BoundedFile(io.BufferedReader):
-    """A file from which nobody reads more at once than a record may have, whatever length the file claims."""
+    """A file whose reads are limited to the largest size of a record, for any length that the file claims."""
 
     def read(self, size: int | None = -1, /) -> bytes:
         if size is None or not 0 <= size <= LARGEST_RECORD:

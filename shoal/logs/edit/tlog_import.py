@@ -73,7 +73,7 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
                 heard.translate(message, time)
                 last = time
             asked = systems.get(message.values.get("target_system", 0)) if heard is None else None
-            if asked is not None and asked.log.count:  # a station has told it something
+            if asked is not None and asked.log.count:  # a station has sent it something
                 asked.translate(message, time)
             if number % 1000 == 0:
                 progress(tlog.position / tlog.size)

@@ -17,7 +17,7 @@ from world.optics import CalibrationError, CameraModel, read_calibration
 from world.sensors import ImuPart
 
 FILE = "cameras.yaml"
-OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; what CameraFrame tells of a lens
+OPTICS = ("width", "height", "fx", "fy", "cx", "cy")  # px; the lens in CameraFrame
 UNLIKE = "pictures of {} were taken with another lens or size than in cameras.yaml"
 GRAVITY = 9.80665  # m/s²
 SHUTTER = ("readout_time", "line_delay", "time_of", "first_row")  # of cameras.yaml, if a shutter rolls

@@ -18,7 +18,7 @@ FIELDS = {
     STATE: ["timestamp", "src", "src_ent", "lat", "lon", "height", "x", "y", "z", "phi", "theta", "psi", "alt"],
     MUG: ["timestamp", "src_ent", "id", "x", "y"],
 }
-OLDEST = 1.0  # s, beyond which a state says nothing of a detection
+OLDEST = 1.0  # s, beyond which a state is too old for a detection
 LATEST = 0.5  # s after a picture, within which what is seen in it is published
 DIAMETER = 0.8  # m, the length of a mini glider
 LEAST = 8.0  # px

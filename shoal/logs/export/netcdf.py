@@ -116,8 +116,8 @@ def export_netcdf(source: LogSource, path: Path, progress: ReportProgress = lamb
                 written.flush()
             _name_speakers(file, source, speakers)
     except (RuntimeError, PermissionError) as error:
-        # The library gives no reason, or says "permission denied" of a full disk; writing here ourselves makes the
-        # system say what it is.
+        # The library gives no reason, or "permission denied" for a full disk; writing here ourselves makes the
+        # system report the cause.
         with path.open("ab") as probe:
             probe.write(bytes(RAW))
         raise OSError(errno.EIO, str(error), str(path)) from error

@@ -1,1 +1,1 @@
-"""Autopilots that are the body of a vehicle: they know where it is, and carry out where it goes."""
+"""Autopilots that are the body of a vehicle: they estimate its position, and steer it."""

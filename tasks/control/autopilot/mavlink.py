@@ -100,7 +100,7 @@ class MAVLink(AutopilotTask):
         self.set_entity_state(State.BOOT, f"waiting for an autopilot at {self.address}")
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the autopilot, and from whoever else is on the link."""
+        """Take bytes from the autopilot and other systems on the link."""
         for message in self.connection.receive(data, self.now_without_stalls):
             self._dispatch(message)
 
@@ -253,7 +253,7 @@ class MAVLink(AutopilotTask):
 
     @consume(others=True)
     def abort(self, abort: imc.Abort) -> None:
-        """End the flight; but one of the vehicle itself does not interrupt a pilot whom Shoal does not lead."""
+        """End the flight; an end by the vehicle itself does not interrupt a pilot in control."""
         if self.is_addressed_or_broadcast(abort) and not (
             abort.src == self.system and self.controller.goal is GuidedGoal.NONE
         ):

@@ -37,7 +37,7 @@ class Attitude(Task):
 
     A cascade of PIDs: depth or altitude to pitch, heading to heading rate. Runs while one of the loops YAW, YAW_RATE,
     DEPTH, ALTITUDE, PITCH is enabled. DesiredZ is kept within the limits of depth and altitude; so is the vehicle,
-    whatever is desired: near a limit it pitches down no more than holds it there. Without altitude, the bottom seen
+    for any reference: near a limit it pitches down no more than holds it there. Without altitude, the bottom seen
     last counts. A pitch that stays far from its reference, as with fins that are jammed, is an error.
     """
 

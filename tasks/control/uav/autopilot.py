@@ -96,7 +96,7 @@ class Autopilot(Task):
         self._touchdown, self._vertical = TouchdownDetector(self._dips), VerticalSpeedEstimator()
         self._advanced, self._mast = self.now, LEVEL
         landed = getattr(self, "_begun", False) and self._phase is FlightPhase.GROUND
-        self._phase, self._begun = FlightPhase.GROUND, landed  # one that has landed stays there, whatever its altitude
+        self._phase, self._begun = FlightPhase.GROUND, landed  # one that has landed stays there, at any altitude
         self._state: imc.EstimatedState | None = None
         self._stated = self._resumed = self._referred = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)

@@ -39,7 +39,7 @@ UNKNOWN_ALTITUDE = -1.0
 SPEED_JUMP = 20.0  # m/s, that no boat gains between two fixes
 OFTEN = 60.0  # s, between two resets of the position that are one too many
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the position starts anew
-PATIENCE = 1.0  # s of attitudes that agree before a jump of theirs is believed
+PATIENCE = 1.0  # s of attitudes that agree before a jump of theirs is accepted
 
 
 class GPSNavigation(Task):

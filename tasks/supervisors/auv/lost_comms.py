@@ -18,7 +18,7 @@ class LostComms(Task):
     """Starts the stored plan `Plan Name` after a failed plan, at the surface, without a console for the timeout.
 
     It waits for the plan: one that an operator stores, or that the database has at the start. An Abort disarms it until
-    the plan is stored again: whoever aborts decides what comes next. The time begins when the vehicle floats,
+    the plan is stored again: the operator decides what comes next. The time begins when the vehicle floats,
     in mode SERVICE or ERROR, after a plan that has failed, and again with each Heartbeat of a console that
     may command, and while VehicleLinks has a ground station.
     """

@@ -39,7 +39,7 @@ def reraise_as_parameter_error(option: str, make: Callable[[], T]) -> T:
 class ImcLinkTask(Task):
     """Sends listed messages of the bus to peers. Subclasses define how by `transmit`, when with `set_subscriptions`.
 
-    While nobody listens it only keeps the last states. What a subclass puts on the bus with `relay` does not come back
+    Without receivers it only keeps the last states. What a subclass puts on the bus with `relay` does not come back
     to it.
     """
 

@@ -87,7 +87,7 @@ class PeerTable:
     `silence(since, now)` is for how long (s) nothing came although it could have been received.
 
     A datagram is taken from an address that its system has announced. A sender on the loopback interface is on this
-    computer whatever addresses it announces. A system that announces no address may send from any.
+    computer for any announced addresses. A system that announces no address may send from any.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class PeerTable:
         return gone + lost
 
     def on_port_unreachable(self, place: Endpoint, now: float) -> list[Peer]:
-        """Nobody listens at a place any more; returns the silent peers there, who are no longer in contact."""
+        """Note an address where nothing listens any more; returns its silent peers, which are no longer in contact."""
         each = self.by_id.values()
         there = [peer for peer in each if peer.source is not None and peer.endpoint == place]
         lost = [peer for peer in there if self._silence(peer.heard, now) > QUIET]
@@ -186,7 +186,7 @@ class PeerTable:
         return moved
 
     def _make_room(self, now: float) -> bool:
-        """Forget the peer that is worth least; nobody may shut out an operator by many names."""
+        """Drop the least important peer, so that many names cannot shut out an operator."""
         spare = [p for p in self.by_id.values() if p.system not in self.kept and p.system not in self.called]
         if not spare:
             return False

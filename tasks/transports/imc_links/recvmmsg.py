@@ -88,7 +88,7 @@ def read_one_by_one(readable: socket.socket) -> list[Datagram]:
         except BlockingIOError:
             break
         except OSError:
-            continue  # an earlier packet was refused: nobody listens there
+            continue  # an earlier packet was refused: nothing listens there
         found.append((data, address, port))
     return found
 

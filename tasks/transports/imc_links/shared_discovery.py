@@ -16,7 +16,7 @@ from tasks.transports.imc_links.sockets import schedule_network_timer
 LONGEST = 65535
 MOST_FOLLOWERS = 512
 PAUSE = 0.1  # s, after a follower that could not be accepted
-NOWHERE = "0.0.0.0"  # an empty packet from there only says that the leader lives
+NOWHERE = "0.0.0.0"  # an empty packet from there is a sign of life of the leader
 ROOT = 0
 CREDENTIALS = struct.Struct("3i")  # process, user, group
 
@@ -85,10 +85,10 @@ class DiscoveryLeader:
 
 
 class DiscoveryFollower:
-    """Calls `take` with packets and their addresses, until nobody leads any more: then `ended`, once.
+    """Calls `take` with packets and their addresses, until the leader is gone: then `ended`, once.
 
     `welcome` is whether the leader has sent anything, `silence` how often `count_silence` was called since it did.
-    Raises OSError if nobody leads, or a program of another user.
+    Raises OSError without a leader, or with one of another user.
     """
 
     def __init__(self, task: Task, name: str, take: Callable[[bytes, str], object], ended: Callable[[], object]):

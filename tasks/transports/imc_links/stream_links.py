@@ -48,7 +48,7 @@ class PacketStream:
         self.heard = now  # when it connected, or sent a packet last
         self.bucket = TokenBucket(rate, rate)
         self.bucket.spend(now, rate)  # who connects again and again gets no burst each time
-        self.rubbish = self.lost = 0  # bytes that are no packets: since the last good one, and told in all
+        self.rubbish = self.lost = 0  # bytes outside packets: since the last good one, and reported in all
         self.greeted = False  # whether it was sent the last states, and so is sent all that follows
         self.awaited = False  # whether a timer will look behind an unfinished packet
         self.deaf: OSError | None = None  # why the peer takes nothing more

@@ -1,4 +1,4 @@
-"""Other vehicles on the network, which obey some of the messages that they receive, whoever sends them."""
+"""Other vehicles on the network, which obey some of the messages that they receive, from any sender."""
 
 from collections.abc import Collection
 
@@ -11,7 +11,7 @@ class VehiclePeers:
     """Finds the systems that get nothing: other vehicles, unless `called` has their ids.
 
     A DUNE stops its plan when it receives the VehicleState of another vehicle, and rotates its log for LoggingControl.
-    An id of a console stays one, whatever a stranger announces for it. A console, or a gateway, withholds nothing.
+    An id of a console stays one, also if a stranger announces it. A console, or a gateway, withholds nothing.
     """
 
     def __init__(self, system: int, called: Collection[int] = ()):

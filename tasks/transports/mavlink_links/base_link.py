@@ -187,7 +187,7 @@ class Link:
                     self._host.endpoint.end_contact(session)
 
     def reject(self, peer: Peer) -> None:
-        """Count somebody for whom there is no room, and name each computer once."""
+        """Count a rejected peer when the table is full, and log each computer once."""
         self.counts["rejected"] += 1
         full = f"has its {self._host.maximum_peers} stations"
         self.warn_once(str(peer[0]), f"{full}: {peer[0]} was rejected")

@@ -59,7 +59,7 @@ class DiskFolders:
 
     @contextmanager
     def _folder(self, parts: Sequence[bytes]) -> Generator[int]:
-        """The descriptor of a folder, reached step by step, so that nobody can put a link into the way meanwhile."""
+        """The descriptor of a folder, opened step by step, so that no link can be put into the path meanwhile."""
         place = self._folders.get(parts[0]) if parts else None
         if place is None:
             raise no_such_file()

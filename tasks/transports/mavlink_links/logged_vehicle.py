@@ -141,7 +141,7 @@ class LoggedPlans(PlanClient):
 class LoggedVehicle(VehicleModel):
     """The state of a logged vehicle; `elapsed()` is the present time in the log, in s, by which its figures age.
 
-    `now()` is the time of the replay: stations see times that go on also while it is paused, and never go back.
+    `now()` is the time of the replay: stations see times that advance also while it is paused, and never go back.
     Messages of a log come with that in their headers.
     """
 
@@ -256,7 +256,7 @@ class LoggedEndpoint(VehicleEndpoint):
         super().__init__(dialect, model, port, equipment, warn=warn, plans=plans, refusal=REFUSAL)
 
     def reset(self) -> None:
-        """Forget all but home: the replay goes on elsewhere in the log."""
+        """Drop all state but home: the replay continues elsewhere in the log."""
         self.model.reset()
         self.plans.forget()
         self.mission.use_plan("", 0.0)

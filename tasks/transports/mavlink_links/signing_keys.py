@@ -86,7 +86,7 @@ class SigningKeys:
             return SigningTime(self._now)
         saved = self._file.read()
         time = SigningTime(self._now, saved, saved, self._keep)
-        if saved >= time.now:  # the clock is behind: no telling how many times were used since then
+        if saved >= time.now:  # the clock is behind: the times used since then are unknown
             time = SigningTime(self._now, saved + round(AHEAD * TICKS), saved, self._keep)
         return time
 

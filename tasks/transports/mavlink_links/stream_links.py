@@ -239,7 +239,7 @@ class TcpListenerLink(Link):
         return peer in self._connections and self._connections[peer][0].takes_more
 
     def has_session_capacity(self) -> bool:
-        return True  # whoever is connected has a place
+        return True  # connected peers keep their place
 
     def end_session(self, peer: Peer) -> None:
         super().end_session(peer)
@@ -249,7 +249,7 @@ class TcpListenerLink(Link):
             address.connection.close()
 
     def _take_connections(self) -> None:
-        """Take some connections; if there are more, or none can be taken, go on after a pause."""
+        """Take some connections; if there are more, or none can be taken, continue after a pause."""
         for _ in range(AT_ONCE):
             if self._socket is None:
                 return

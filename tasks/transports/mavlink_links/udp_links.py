@@ -22,7 +22,7 @@ class UdpLink(Link):
     def __init__(self, url: LinkUrl, number: int, host: LinkHost):
         super().__init__(url, number, host)
         self._socket: socket.socket | None = None
-        self._called: Peer | None = None  # whom the vehicle calls
+        self._called: Peer | None = None  # stations that the vehicle calls
         self._looking, self._look_due = False, 0.0
 
     def _open(self) -> None:
@@ -126,5 +126,5 @@ class UdpLink(Link):
             except BlockingIOError:
                 return
             except OSError:
-                continue  # an earlier frame was refused: nobody listens there
+                continue  # an earlier frame was refused: nothing listens there
             self.receive(source, data)

@@ -15,7 +15,7 @@ from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 LOOK = 0.05  # s between two looks whether a connection is made
 PATIENCE = 5.0  # s for it
 FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0  # s between two attempts
-SILENCE = 10.0  # s without a packet after which a server is silent; whatever speaks IMC sends Heartbeat every 1 s
+SILENCE = 10.0  # s without a packet after which a server is silent; IMC programs send Heartbeat every 1 s
 
 
 class Client(StreamLinkTask):

@@ -31,7 +31,7 @@ GAVE_WAY = "connections ended for others"
 
 
 class Server(StreamLinkTask):
-    """Exchanges IMC packets with the programs that connect; nobody has to announce itself.
+    """Exchanges IMC packets with the programs that connect, without announcements.
 
     A client that leaves much unread, sends what is no IMC, or has vanished, is cut off. Nothing goes back to its
     sender. A client may also connect for one packet only. If there are too many, one that was idle for a second gives
@@ -148,7 +148,7 @@ class Server(StreamLinkTask):
         return bool(stream.systems) and all(map(self.vehicles.withholds, stream.systems))
 
     def make_room(self, address: str) -> bool:
-        """End the connection that is worth least, so that nobody shuts out an operator by many."""
+        """Close the least important connection, so that many cannot shut out an operator."""
         count = Counter(stream.address for stream in self.streams)
 
         def is_fair(stream: PacketStream) -> bool:

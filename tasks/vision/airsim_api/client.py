@@ -78,7 +78,7 @@ class AirSimClient(RpcClient):
         """`settings` is the text of settings.json; without it AirSim is asked for its own."""
         super().__init__(host, port, timeout)
         self.home: GeoPoint | None = None
-        self.notes: list[str] = []  # what settings.json says otherwise than the pictures
+        self.notes: list[str] = []  # differences between settings.json and the pictures
         self._settings = settings
         self._vehicle, self._cameras, self._turns, self._compress = vehicle, cameras, turns, compress
         self._cosys = False

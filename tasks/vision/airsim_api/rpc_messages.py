@@ -17,7 +17,7 @@ Image = NDArray[np.uint8]
 
 REQUEST, ANSWER = 0, 1
 SCENE = 0  # of the types of images
-COSYS = 2  # the first version of a server that no longer knows cameras outside vehicles
+COSYS = 2  # the first version of a server without cameras outside vehicles
 LARGEST = 8192  # px of a side
 SMALLEST = 1e-5  # of a scale of the projection, and of other terms beside it
 FARTHEST = 1e9  # m, m/s, rad/s, beyond which a number is rubbish

@@ -16,7 +16,7 @@ from world import SECTIONS
 from world.optics import CameraModel, PinholeModel
 from world.rendering import optical_to_body_transform
 
-OLDEST = 1.0  # s, beyond which an EstimatedState says nothing of a picture
+OLDEST = 1.0  # s, beyond which an EstimatedState is too old for a picture
 NOWHERE = np.full((4, 4), math.nan)
 
 

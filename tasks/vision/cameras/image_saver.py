@@ -127,7 +127,7 @@ class ImageSaverTask(Task):
     def resolve_parameter_path(self, name: str) -> Path:
         """A path of a parameter; a relative one counts from the profile, or else from the working folder.
 
-        A run that goes on from a snapshot has its profile elsewhere.
+        A run resumed from a snapshot has its profile elsewhere.
         """
         path = Path(name).expanduser()
         beside = self.vehicle.profile.base_folder / path

@@ -15,7 +15,7 @@ Image = NDArray[np.uint8]
 ENDINGS = (".png", ".jpg", ".jpeg", ".qoi", ".bmp", ".tif", ".tiff", ".ppm", ".pgm")
 PHOTO = re.compile(r"(?P<camera>.+)_(?P<number>\d{6,})_(?P<time>-?\d+\.\d+)")
 STAMP = re.compile(r"\d+(\.\d+)?")
-HEADS = {  # what tells whose pictures a folder of EuRoC, or a table of TUM, has
+HEADS = {  # files that identify a folder of EuRoC, or a table of TUM
     "sensor.yaml": re.compile(r"^comment:\s*[\"']?(.*?)[\"']?\s*$", re.MULTILINE),
     "rgb": re.compile(r"^# color images of (.*?)\s*$", re.MULTILINE),
 }
@@ -140,7 +140,7 @@ class ImageSequence:
             return None
         self._next += 1
         time = self._video.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-        if number and not time > 0.0:  # not all containers tell times
+        if number and not time > 0.0:  # not all containers have times
             if not 0.0 < rate < math.inf:
                 raise ValueError("the video has neither times nor a rate")
             time = number / rate

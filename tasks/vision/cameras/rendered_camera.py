@@ -30,7 +30,7 @@ from world.rendering import (
 )
 
 LEAST_VISIBILITY = 0.1  # m
-ABOVE_WATER = 0.5  # m above the crests, from where a view under water is told to be odd
+ABOVE_WATER = 0.5  # m above the crests, from where a view under water gives a warning
 ESTIMATED = "EstimatedState, since there is no SimulatedState"
 
 
@@ -157,7 +157,7 @@ class RenderedCameraTask(ImageSaverTask):
             self.after(self._last_row + PATIENCE, self._take_until, self.now)
 
     def _take_settled(self) -> None:
-        """After a stall, wait for states that nobody could publish in it, as long as for any other."""
+        """After a stall, wait for the states missing since then, as long as for any other."""
         while self._open and self.viewpoint.is_settled(
             self._open[0][0] + self._last_row, self.now, may_be_late=self.recent_stall > 0.0
         ):

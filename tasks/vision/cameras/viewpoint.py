@@ -108,7 +108,7 @@ class ViewpointTracker:
     def _gliders(self, world: World, time: float, ground: float) -> tuple[Glider, ...]:
         """Those of the world, at a time (s), above the ground (m, down) beneath the camera.
 
-        On a bottom that the world does not know, and in a scene without bottom, they lie on that ground. From above the
+        On a bottom outside the world's, and in a scene without bottom, they lie on that ground. From above the
         sea, those in deep water are not seen.
         """
         things = (

@@ -22,7 +22,7 @@ RestingBody = tuple[Floats, float, float]
 """Points (n, 3; m; north, east, down) of a body, how far it reaches below them, and how deep it can lie (m)."""
 
 THINNEST = 1e-6  # m, from a wall, within which a camera is in it
-LEEWAY = 0.01  # m, by which a height may differ from what soundings and depth say
+LEEWAY = 0.01  # m, by which a height may differ from soundings and depth
 SAME = 1e-6  # share of a distance, by which things at one place may seem apart
 
 
@@ -38,7 +38,7 @@ class SeabedAndWalls:
         return flat if self.relief is None else self.relief.sea.depth(north, east) - down
 
     def obstruction(self, place: Vector, flat: float) -> str:
-        """Why nobody can look from a place (m; north, east, down), `flat` m above a flat bottom; else empty."""
+        """Why a camera cannot look from a place (m; north, east, down), `flat` m above a flat bottom; else empty."""
         if not self.height_above_ground(*place, flat) > 0.0:
             return "the camera is in the ground"
         if any(_apart(wall, place) < THINNEST for wall in self.walls):

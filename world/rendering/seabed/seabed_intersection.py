@@ -67,7 +67,7 @@ class SeabedIntersector:
         """Nearness (n,), 1 over the way at which rays (3, n; NED, m per unit of way) meet the bottom; what is rough.
 
         Farther than the grids reach, the bottom is level; a ray that never meets it has a nearness of 0 or less. With a
-        `reach` (m) it goes on from there as deep as it is beneath the place. In the rough rays that are up to
+        `reach` (m) it continues from there as deep as it is beneath the place. In the rough rays that are up to
         `cell` per unit of way beside may meet something nearer. `exact` crossings are those of the true bottom, others
         those of the grid. A crossing after the way `until` (n,) may be missed. The bottom lies `lowered` m deeper.
         """
