@@ -216,7 +216,7 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Fi
         ours = f"0x{network.console.id:04X}"
         for part in words.split(";"):
             if ours in part and not any(good in part for good in WELL):
-                tell(f"{entity} there reports on us: {part.strip()}", "see its report, and docs/hand.md")
+                tell(f"{entity} there reports on us: {part.strip()}", "see its report, and docs/running-vehicle.md")
     return found
 
 
@@ -254,4 +254,4 @@ def _advice_for_link(link: str, trouble: str) -> str:
 
 def advice_for(reason: str) -> str:
     """The remedy for packets that were dropped for a reason."""
-    return next((advice for start, advice in ADVICE.items() if reason.startswith(start)), "see docs/hand.md")
+    return next((advice for start, advice in ADVICE.items() if reason.startswith(start)), "see docs/running-vehicle.md")

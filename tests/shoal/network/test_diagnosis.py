@@ -120,7 +120,7 @@ def test_packets_that_cannot_be_read():
         "synchronization number",
         "schema mismatch: EstimatedState is longer than ours",
     }
-    assert not [finding for finding in found.findings if finding.remedy == "see docs/hand.md"]
+    assert not [finding for finding in found.findings if finding.remedy == "see docs/running-vehicle.md"]
 
 
 @pytest.mark.heavy
