@@ -43,7 +43,7 @@ class ConsoleAcl:
         self.is_open = not items
         self.listed = listed_systems((item for item in items if not item.startswith(MAVLINK)), id_of)
         self.stations = _listed_stations(item[len(MAVLINK) :] for item in items if item.startswith(MAVLINK))
-        who = f"only {', '.join(items)} may" if items else "whoever reaches it can"
+        who = f"only {', '.join(items)} may" if items else "anyone who reaches it can"
         self.risk = f"{who} command the vehicle"
 
     def allows(self, system: int, address: str, kind: int) -> bool:

@@ -151,6 +151,7 @@ class StreamParser:
                     position = end
                     continue
                 reason = _WRONG_CRC
+            # Skip one byte only: a good packet may begin within what looked like one.
             self._lose(position, 1, reason)
             position += 1
         if final and position < length:

@@ -39,6 +39,11 @@ class HorizontalFilter:
         x[NORTH] += north
         x[EAST] += east
         x[PSI] += dt * x[R]
+        # P becomes F P F' + Q. F is the identity, with these derivatives beside the diagonal:
+        #   north: -east by psi, -east dt/2 by r, nu by u, nv by v
+        #   east:  north by psi, north dt/2 by r, eu by u, ev by v
+        #   psi:   dt by r
+        # First the three changed rows of F P, then the same three columns; the others stay.
         p = self.p
         psis, rates, us, vs = p[PSI], p[R], p[U], p[V]
         rows = p[:]

@@ -139,10 +139,10 @@ class VerticalSpeedEstimator:
         self._since += dt
         fix, self._fix = self._fix, None
         if fix is not None:
-            self._hear_gps(now, fix)
+            self._take_gps_height(now, fix)
         if self._pressure.mean.update() and not self._useless:
             self._correct(now, dt, self._pressure.mean.value[0])
-        known, self._known = self._known, self.knows_height(now)
+        known, self._known = self._known, self.has_height(now)
         if known and not self._known and force is not None:  # late or noisy pressures may have led the other one astray
             self._filter.position[0], self._filter.velocity[0] = slow.position[0], slow.velocity[0]
         if self._known:
@@ -185,7 +185,7 @@ class VerticalSpeedEstimator:
             return "acceleration does not follow the thrust"
         return "pressure does not follow the acceleration" if self._lag.contradicts else ""
 
-    def _hear_gps(self, now: float, height: float) -> None:
+    def _take_gps_height(self, now: float, height: float) -> None:
         """Keep means by which heights (m) from GPS judge the barometer, and the speed where there is none."""
         sunk, self._fix_before = self._fix_before - height, height
         if 0.0 < (dt := now - self._heard) <= FRESH and abs(sunk) <= LARGEST_STEP:
@@ -222,7 +222,7 @@ class VerticalSpeedEstimator:
         if verdict is GateDecision.REJECTED:
             return
         if verdict is GateDecision.RESET:
-            self._ground -= off
+            self._ground -= off  # the pressure has changed, not the height of the vehicle
             down, self._useless = state.position[0], abs(off) > LARGEST_JUMP
         slow = self._lag.filter
         by_gps = slow.position[0] + self._off_by_gps if now - self._heard <= FRESH else None
@@ -238,7 +238,7 @@ class VerticalSpeedEstimator:
     def _correct_by_gps(self, now: float, height: float, *, needed: bool) -> None:
         """Correct by a height (m) from GPS if it is `needed`; its reference is known by the barometer."""
         state = self._filter
-        if not math.isfinite(self._reference) or self.knows_height(now) or not needed:
+        if not math.isfinite(self._reference) or self.has_height(now) or not needed:
             known = self._reference if math.isfinite(self._reference) else height + state.position[0]
             self._reference = known + 0.1 * (height + state.position[0] - known)
             return
@@ -250,31 +250,31 @@ class VerticalSpeedEstimator:
             self._fixed = now
             state.correct((self._reference - height,), GPS_NOISE**2)
 
-    def knows_height(self, now: float) -> bool:
+    def has_height(self, now: float) -> bool:
         """Whether the barometer measures the height."""
         return now - self._pressed <= FRESH
 
-    def knows_speed(self, now: float) -> bool:
+    def has_speed(self, now: float) -> bool:
         """Whether barometer, GPS or, for a minute, accelerometer measures the speed."""
         by_force = now - self._force.last <= FORCE_FRESH and self._since <= BY_FORCE_ALONE
         return by_force or now - max(self._pressed, self._fixed) <= FRESH
 
     def measured_height(self, now: float) -> float | None:
         """Height (m) above the ground where it rested, None if the barometer does not measure it."""
-        return self.height if self.knows_height(now) else None
+        return self.height if self.has_height(now) else None
 
     def highest(self, now: float) -> float:
         """The largest height (m) that barometer, accelerometer or GPS shows; 0 if none does."""
         by_gps = -self._off_by_gps - self._lag.filter.position[0] if now - self._heard <= FRESH else 0.0
-        return max(by_gps, self.height if self.knows_speed(now) else 0.0)
+        return max(by_gps, self.height if self.has_speed(now) else 0.0)
 
     def contradicts(self, now: float, dt: float, height: float, speed: float) -> bool:
         """Whether an estimate of height (m) and speed downward (m/s) has been far off for long.
 
         Call it each `dt` s.
         """
-        apart = self.knows_speed(now) and abs(speed - self.speed) > SPEED_APART
-        apart = apart or (self.knows_height(now) and abs(height - self.height) > HEIGHT_APART)
+        apart = self.has_speed(now) and abs(speed - self.speed) > SPEED_APART
+        apart = apart or (self.has_height(now) and abs(height - self.height) > HEIGHT_APART)
         self._apart = self._apart + dt if apart and not self._is_vague else 0.0
         return self._apart >= APART
 

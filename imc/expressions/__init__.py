@@ -1,7 +1,7 @@
 """Meaning of expressions of messages: fields with their units, functions, comparisons and by how much they are met."""
 
 from imc.expressions.compiler import HEADER, ExpressionCompiler, FieldPlace, NameScope
-from imc.expressions.functions import tells_position
+from imc.expressions.functions import has_position
 from imc.expressions.operands import Operand, is_special
 from imc.expressions.robustness import (
     NO_NUMBER,
@@ -25,9 +25,9 @@ __all__ = [
     "RobustnessFunction",
     "comparison_robustness",
     "displayable_margin",
+    "has_position",
     "is_special",
     "is_unknown",
     "negate_unless_nan",
-    "tells_position",
     "violation_text",
 ]

@@ -41,5 +41,5 @@ class ClimbSpeed:
             self._corrected, self._wrong_since = True, now + SETTLING - PERSISTENCE
             return command_message("the climb speed", CHANGE_SPEED, (CLIMB, speed, -1.0))
         self._reported = True
-        self._warn(f"it climbs at {climb:.1f} m/s, and the plan says {speed:g} m/s")
+        self._warn(f"it climbs at {climb:.1f} m/s, not the plan's {speed:g} m/s")
         return None

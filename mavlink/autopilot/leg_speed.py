@@ -61,7 +61,7 @@ class LegSpeed:
         if now - self._wrong_since < PERSISTENCE:
             return
         if self._corrected:
-            self.error = f"it moves at {measured:.1f} m/s, and the plan says {self.speed:g} m/s"
+            self.error = f"it moves at {measured:.1f} m/s, not the plan's {self.speed:g} m/s"
             return
         self._corrected = True
         self._tries, self._due, self._accepted_at = 0, -math.inf, math.inf
@@ -71,4 +71,4 @@ class LegSpeed:
         self._slow_since = min(self._slow_since, now) if slow else math.inf
         if now - self._slow_since >= SLOW_FOR and not self._warned:
             self._warned = True
-            self.warning = f"it moves at {measured:.1f} m/s only, and the plan says {self.speed:g} m/s"
+            self.warning = f"it moves at {measured:.1f} m/s only, not the plan's {self.speed:g} m/s"

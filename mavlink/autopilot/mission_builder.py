@@ -75,7 +75,7 @@ class MissionBuilder:
             teller = WRITERS.get(type(node.data))
             try:
                 if teller is None:
-                    raise ValueError(f"an autopilot does not know {type(node.data).__name__}")
+                    raise ValueError(f"an autopilot does not support {type(node.data).__name__}")
                 teller(self, node.data)
             except (ValueError, ArithmeticError) as error:
                 raise ValueError(f"{node.maneuver_id}: {error}") from None
@@ -163,7 +163,7 @@ class MissionBuilder:
     def add_circle(self, loiter: imc.Loiter) -> None:
         forms, vehicle = imc.Loiter.Type, self.vehicle
         if loiter.type == forms.EIGHT:
-            raise ValueError("an autopilot does not know figures of eight")
+            raise ValueError("an autopilot has no figures of eight")
         if loiter.type == forms.HOVER and not vehicle.roams:
             self.add_stay(loiter)
             return

@@ -117,7 +117,7 @@ class Telemetry:
         if self._warned or not abs(self._geoid - self.undulation) > GEOID_ERROR:
             return ""
         self._warned = True
-        wrong = f"Geoid Undulation is {self.undulation:g} m, but the autopilot's GPS says {self._geoid:.1f} m"
+        wrong = f"Geoid Undulation is {self.undulation:g} m, but the autopilot's GPS reports {self._geoid:.1f} m"
         return f"{wrong}: heights above the ellipsoid are wrong by the difference"
 
     def _placed(self, state: imc.EstimatedState) -> imc.EstimatedState:

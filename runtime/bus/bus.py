@@ -228,14 +228,15 @@ class Bus:
         )
         for packet in packets:
             self._receive(packet)
-        self.kernel.soon(self._go_on, began)
+        self.kernel.soon(self._continue_serving, began)
 
-    def _go_on(self, began: float) -> None:
+    def _continue_serving(self, began: float) -> None:
         if not self.inbox.has_more():
             return
         if self.kernel.virtual:
             self.kernel.post(self._serve)
         else:
+            # A pause as long as the work before: under load half of the thread is for tasks.
             self.kernel.after_or_idle((time.perf_counter() - began) * self.kernel.clock.speed, self._serve)
 
     def _receive(self, packet: bytes) -> None:

@@ -159,7 +159,7 @@ class Device:
         if self._address.datagrams:
             self._splitter.reset(midway=False)
         elif self._splitter.unfinished_bytes and now - self._heard_at > SILENCE * SECOND:
-            self._splitter.reset(midway=True)
+            self._splitter.reset(midway=True)  # the rest of that piece was lost
         self._heard_at = now
         self._backoff.reset()
         if self._told:
@@ -229,9 +229,9 @@ class Device:
         self._connecting = False
         self._splitter.reset(midway=self._address.starts_midway)
         self._owner.watch(connection, self._read)
-        self._tell_open()
+        self._report_open()
 
-    def _tell_open(self) -> None:
+    def _report_open(self) -> None:
         self._trouble("")
         if self._opened is not None:
             self._opened()
@@ -257,13 +257,13 @@ class Device:
         if few or self._connection is None:
             return
         self._owner.unwatch(self._connection)
-        self._owner.after(max(0.0, (self._second - self._owner.now_ns) / SECOND + 1.0), self._go_on, self._connection)
+        self._owner.after(max(0.0, (self._second - self._owner.now_ns) / SECOND + 1.0), self._resume, self._connection)
         if not self._paused:
             self._paused = True
             count = f"{self._pieces} pieces, {self._bytes / 1024.0:.0f} KiB"
             self._log.warning(f"{self.name} sends more than can be handled ({count} in a second): the rest waits")
 
-    def _go_on(self, connection: Connection) -> None:
+    def _resume(self, connection: Connection) -> None:
         if connection is self._connection:
             self._owner.watch(connection, self._read)
 
@@ -308,7 +308,7 @@ class Device:
     def _begin_to_play(self, send: Callable[[bytes], object]) -> None:
         self._send = send
         self._splitter.reset(midway=False)
-        self._tell_open()
+        self._report_open()
 
     def _play(self, data: bytes | None, send: Callable[[bytes], object]) -> None:
         if self._closed:

@@ -61,14 +61,14 @@ class LineReader:
 
     def report_error(self, text: str, hint: str = "") -> None:
         self.errors += 1
-        self._say("error", text, hint)
+        self._add_problem("error", text, hint)
 
     def report_warning(self, text: str, hint: str = "") -> None:
         self._warnings += 1
         if self._warnings < MOST_WARNINGS:
-            self._say("warning", text, hint)
+            self._add_problem("warning", text, hint)
         elif self._warnings == MOST_WARNINGS:
-            self._say("warning", f"{MOST_WARNINGS} warnings in this file; further ones are not listed", "")
+            self._add_problem("warning", f"{MOST_WARNINGS} warnings in this file; further ones are not listed", "")
 
     def _open(self, line: str) -> None:
         name, bracket, rest = line[1:].partition("]")
@@ -253,5 +253,5 @@ class LineReader:
         if any(map(has_undecodable_bytes, texts)):
             self.raw.append(self.origin.line)
 
-    def _say(self, severity: Severity, text: str, hint: str) -> None:
+    def _add_problem(self, severity: Severity, text: str, hint: str) -> None:
         self._report(Problem(severity, *self.origin, text, hint))

@@ -226,6 +226,7 @@ def _restore(vehicle: Vehicle, snapshot: Snapshot) -> None:
         raise SnapshotError(f"not a valid snapshot: the vehicle has no parameter {unknown}") from None
     for system, entity, label in snapshot.remote_labels:
         vehicle.entities.learn_label(system, entity, label)
+    # Scripts first: their replay makes the timers and subscriptions that are put in order below.
     scripted = _replay(vehicle, snapshot.journals)
     kernel.set_now(snapshot.time)
     timers = [_timer(state, scripted) for state in snapshot.timers]

@@ -96,7 +96,7 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
         plain,
         [writer.to_plain_value(ticker.state(), task.name) for ticker in task.tickers],
         writer.to_plain_value(list(task.parameter_set.pushed), task.name),
-        [_hearing(task, subscription, writer) for subscription in hears],
+        [_subscription_state(task, subscription, writer) for subscription in hears],
     )
 
 
@@ -200,7 +200,7 @@ def _kind(task: Task) -> str:
     return f"{type(task).__module__}:{type(task).__qualname__}"
 
 
-def _hearing(task: Task, subscription: Subscription, writer: StateWriter) -> SubscriptionState:
+def _subscription_state(task: Task, subscription: Subscription, writer: StateWriter) -> SubscriptionState:
     handler = subscription.handler
     if not isinstance(handler, MethodType) or handler.__self__ is not task:
         raise SnapshotError(

@@ -41,11 +41,11 @@ class Activation:
             else:
                 self._task.deactivate()
         except ActivationError as failure:
-            self._tell(not active)
+            self._publish_active(not active)
             self._enter(Phase.ACT_FAIL if active else Phase.DEACT_FAIL, str(failure))
             self._enter(Phase.INACTIVE if active else Phase.ACTIVE)
             return
-        self._tell(active)
+        self._publish_active(active)
         self._enter(Phase.ACT_DONE if active else Phase.DEACT_DONE)
         self._enter(Phase.ACTIVE if active else Phase.INACTIVE)
 
@@ -57,7 +57,7 @@ class Activation:
         self.phase, self.error = phase, error
         self.publish()
 
-    def _tell(self, active: bool) -> None:
+    def _publish_active(self, active: bool) -> None:
         task = self._task
         task.parameter_set.set(task.parameters()["Active"], active)
         value = EntityParameter(name="Active", value="true" if active else "false")

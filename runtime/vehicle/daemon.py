@@ -39,7 +39,7 @@ class Daemon(ParameterService):
             self.vehicle.realtime_lag.poll()
         if self.tells_all and not self._has_told_all:
             self._has_told_all = True
-            self._tell_all()
+            self._publish_kept_messages()
         for entity in self.vehicle.entities:
             if entity.stateful and self.reports_state_of(entity):
                 self.publish(imc.EntityState(state=entity.state, description=entity.description), entity=entity)
@@ -47,7 +47,7 @@ class Daemon(ParameterService):
         if dropped and self._excess.is_due(now=self.now):
             self._report_excess()
 
-    def _tell_all(self) -> None:
+    def _publish_kept_messages(self) -> None:
         """Publish what a bus keeps for those who join later: the entities, and their parameters."""
         if self._is_main:
             self.publish_entities()
@@ -56,7 +56,7 @@ class Daemon(ParameterService):
                 self.publish(_described(entity), entity=entity)
         for task in self.vehicle.tasks:
             if self.reports_state_of(task.entity):
-                self._tell(task)
+                self._publish_parameters(task)
 
     def publish_entities(self) -> None:
         """Publish the list of entities for all."""

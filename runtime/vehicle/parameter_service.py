@@ -183,7 +183,7 @@ class ParameterService(Task):
             self._kernel.on_error(task, to_ordinary_exception(error))
             return False
         if self.tells_all:
-            self._tell(task)
+            self._publish_parameters(task)
         return True
 
     def _configure(self, task: Task, before: dict[str, object]) -> None:
@@ -196,7 +196,7 @@ class ParameterService(Task):
             task.update_rates()
             raise
 
-    def _tell(self, task: Task) -> None:
+    def _publish_parameters(self, task: Task) -> None:
         """Publish all parameters of a task for everybody."""
         if declared := task.parameter_set.declarations:
             self.publish(_values(task, [declared[name] for name in sorted(declared)]), entity=task.entity)

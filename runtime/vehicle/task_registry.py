@@ -197,7 +197,7 @@ def _module_of(section: str) -> tuple[str, str]:
         try:
             module = path if _exists(path) else None
         except (Exception, SystemExit) as error:
-            raise TaskImportError(f"{section}: module {path} cannot be imported: {_told(error)}") from error
+            raise TaskImportError(f"{section}: module {path} cannot be imported: {_error_text(error)}") from error
     return module or "", cls_name
 
 
@@ -205,7 +205,7 @@ def _member(section: str, module: str, cls_name: str) -> object:
     try:
         return getattr(importlib.import_module(module), cls_name, None)
     except (Exception, SystemExit) as error:
-        raise TaskImportError(f"{section}: module {module} cannot be imported: {_told(error)}") from error
+        raise TaskImportError(f"{section}: module {module} cannot be imported: {_error_text(error)}") from error
 
 
 def all_tasks(broken: list[TaskImportError] | None = None) -> dict[str, type[Task]]:
@@ -255,7 +255,7 @@ def _members(group: str, module: str) -> dict[str, object]:
     try:
         return vars(importlib.import_module(module))
     except (Exception, SystemExit) as error:
-        raise TaskImportError(f"{group}: module {module} cannot be imported: {_told(error)}") from error
+        raise TaskImportError(f"{group}: module {module} cannot be imported: {_error_text(error)}") from error
 
 
 def _check_declaration(section: str, cls: type[Task]) -> None:
@@ -273,7 +273,7 @@ def _modules(folder: Path, package: str) -> Iterator[tuple[str, Path]]:
             yield ".".join((package, *parts)), file
 
 
-def _told(error: BaseException) -> str:
+def _error_text(error: BaseException) -> str:
     """An error during an import, with the place in the user's code."""
     if isinstance(error, SyntaxError):
         return f"{error.filename}:{error.lineno}: SyntaxError: {error.msg}"

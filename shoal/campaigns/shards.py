@@ -52,5 +52,5 @@ def check_shard_stopping(shard: Shard, ending: StoppingRule) -> None:
     """Raise ValueError if a part cannot see when the whole is over."""
     if shard != WHOLE_CAMPAIGN and ending.target_width is not None:
         raise ValueError(
-            f"until: shard {shard} cannot know how well the pass rate of all shards is known; give --runs NUMBER"
+            f"until: shard {shard} cannot compute the interval of all shards' pass rate; give --runs NUMBER"
         )

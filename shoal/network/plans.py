@@ -165,6 +165,7 @@ class AsyncRemotePlans:
                 if isinstance(message, imc.PlanControlState) and message.src == system.id:
                     flown = flown or message.state in (Phase.INITIALIZING, Phase.EXECUTING)
                     if flown and message.state in OVER:
+                        # The reply with the reason may still come, or be lost: wait LAST_WORDS s for it.
                         over = over or time.monotonic()
                         done = message.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
                         failed = message.last_outcome == imc.PlanControlState.LastOutcome.FAILURE

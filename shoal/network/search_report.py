@@ -38,7 +38,7 @@ class SearchReport:
         texts = [f"{name} has announced itself; a DUNE vehicle sends data within {CONTACT:g} s" for name in late]
         if not there and self.discovery_timeout > PERIOD:
             why = f"since DUNE announces itself every {PERIOD:g} s"
-            texts = [f"nobody has answered yet; waiting up to {self.discovery_timeout:g} s, {why}"]
+            texts = [f"no answer yet; waiting up to {self.discovery_timeout:g} s, {why}"]
         for text in texts:
             if text not in self._reported:
                 self._reported.add(text)

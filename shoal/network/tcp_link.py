@@ -89,12 +89,12 @@ class TCPLink:
                 async with asyncio.timeout(PATIENCE):
                     reader, line.writer = await asyncio.open_connection(*line.place, limit=LARGEST_PACKET)
             except TimeoutError:
-                self._tell(line, f"{line.place} does not answer")
+                self._report_trouble(line, f"{line.place} does not answer")
             except (OSError, UnicodeError):
-                self._tell(line, f"nobody listens at {line.place}")
+                self._report_trouble(line, f"nothing listens at {line.place}")
                 tried.set()
             else:
-                self._tell(line, "")
+                self._report_trouble(line, "")
                 tried.set()
                 line.began = time.monotonic()
                 beating = asyncio.create_task(self._beat(line))
@@ -106,10 +106,10 @@ class TCPLink:
                     line.writer.close()
                     line.writer = None
                     self._lose(line, is_told=trouble == CLOSED)
-                self._tell(line, f"{line.place} {trouble}")
+                self._report_trouble(line, f"{line.place} {trouble}")
             await asyncio.sleep(RETRY)
 
-    def _tell(self, line: _Connection, trouble: str) -> None:
+    def _report_trouble(self, line: _Connection, trouble: str) -> None:
         line.trouble = trouble
         self.trouble = "; ".join(each.trouble for each in self._lines if each.trouble)
 

@@ -225,9 +225,9 @@ class UDPLink:
     def _read_announcements(self) -> None:
         assert self._discovery is not None
         for packet, sender in waiting_datagrams(self._discovery, self._look_for_refusals):
-            self._hear(packet, sender)
+            self._take_announcement(packet, sender)
 
-    def _hear(self, packet: bytes, sender: Endpoint) -> None:
+    def _take_announcement(self, packet: bytes, sender: Endpoint) -> None:
         try:
             message = imc.decode(packet)
         except imc.DecodeError as error:
@@ -282,7 +282,7 @@ class UDPLink:
         for packet, sender in waiting_datagrams(self._data, self._look_for_refusals):
             order = "little" if packet[:1] == b"\x54" else "big"
             if int.from_bytes(packet[2:4], order) == imc.Announce.ID:  # the answer to ours
-                self._hear(packet, sender)
+                self._take_announcement(packet, sender)
                 continue
             source = int.from_bytes(packet[14:16], order)
             self._has_heard = self._has_heard or source != self._console.id

@@ -25,4 +25,4 @@ def connection_failure(endpoints: Collection[str]) -> str:
     if accepting:
         return f"{', '.join(accepting)} did not accept us: {REFUSED}"
     unsure = any(endpoint.startswith("quic/") for endpoint in endpoints)
-    return f"nobody listens at {', '.join(endpoints)}" + (f", or did not accept us: {REFUSED}" if unsure else "")
+    return f"nothing listens at {', '.join(endpoints)}" + (f", or did not accept us: {REFUSED}" if unsure else "")

@@ -258,7 +258,7 @@ class ZenohLink:
         if self._session is None:
             return
         while self._tokens:
-            self._tell_token(*self._tokens.popleft())
+            self._report_token(*self._tokens.popleft())
         for _ in range(min(AT_ONCE, len(self._waiting))):
             self._arrive(self._waiting.popleft())
         if self._overflow:
@@ -267,7 +267,7 @@ class ZenohLink:
         if self._waiting:
             self._wake()
 
-    def _tell_token(self, expression: str, is_there: bool) -> None:
+    def _report_token(self, expression: str, is_there: bool) -> None:
         chunks, other = expression.split("/"), parse_token(expression)
         system, part, place, number = unquote(chunks[1]), "", "", None
         if chunks[2] == "@alive" and len(chunks) == 5:  # imc/<system>/@alive/<id>/<process>

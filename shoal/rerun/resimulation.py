@@ -85,7 +85,7 @@ def resimulate(
         _check_option(assignment, *loaded.override(assignment))
     loaded.raise_unused_overrides()
     loaded.raise_errors()
-    virtual = about.begin == loaded.start_time
+    virtual = about.begin == loaded.start_time  # a log of a wall clock never begins exactly then
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
     with tempfile.TemporaryDirectory() as folder:
         made = build(

@@ -78,7 +78,7 @@ class CompassCalibration(Maneuver):
                 self.report_progress(min(end - self.now, self._turns_time()))
             elif isinstance(event, imc.EstimatedState):
                 self._turn(event)
-        self._tell()
+        self._publish_result()
 
     def _is_over(self, end: float) -> bool:
         return self.now >= end or self._angle_left() < 0.0
@@ -137,7 +137,7 @@ class CompassCalibration(Maneuver):
             if abs(event.timestamp - at.timestamp) <= OLD:
                 self._fit.add((event.x, event.y, event.z), at.phi, at.theta, self._turns.heading)
 
-    def _tell(self) -> None:
+    def _publish_result(self) -> None:
         if not self.calibrate_compass:
             return
         try:

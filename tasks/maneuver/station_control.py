@@ -91,12 +91,14 @@ async def keep_station(
         if distance > radius:
             maneuver.log.info(f"outside safe region (distance: {distance:.1f} m)")
             maneuver.set_control_loops(Loops.PATH)
+            # One that floats and has only drifted out returns at the surface, without a dive.
             back = leg._replace(z=0.0, z_units=imc.ZUnits.DEPTH) if arrived and distance < NEAR * radius else leg
             maneuver.start_path(back, flags=PathFlags.DIRECT)
             steered = maneuver.now
             while not (maneuver.is_near_end and maneuver.range_to(leg) < radius):
                 if await wait():
                     return
+                # It has passed beside the center: a new path turns it round.
                 if maneuver.is_near_end and maneuver.now - steered >= PASSED and maneuver.range_to(leg) >= radius:
                     maneuver.start_path(back, flags=PathFlags.DIRECT)
                     steered, chosen = maneuver.now, -math.inf

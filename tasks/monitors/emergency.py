@@ -65,7 +65,7 @@ class Emergency(Task):
 
     def configuration_warnings(self) -> Iterator[ConfigWarning]:
         if not self.sms_recipient_number:
-            yield ConfigWarning("Entity Label", "no SMS Recipient Number is set, so nobody gets a message")
+            yield ConfigWarning("Entity Label", "no SMS Recipient Number is set, so no message is sent")
 
     def start(self) -> None:
         self._place = ""
@@ -76,13 +76,13 @@ class Emergency(Task):
         self._aborted = self._answered = self._reported = -math.inf
         self._requests: deque[imc.ReportControl] = deque()
         self._number = 0
-        self._say()
+        self._report_state()
 
     def activate(self) -> None:
-        self._say(active=True)
+        self._report_state(active=True)
 
     def deactivate(self) -> None:
-        self._say(active=False)
+        self._report_state(active=False)
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
@@ -195,7 +195,7 @@ class Emergency(Task):
     def _clock(self) -> str:
         return datetime.fromtimestamp(self.now, UTC).strftime("%H:%M:%S")
 
-    def _say(self, *, active: bool | None = None) -> None:
+    def _report_state(self, *, active: bool | None = None) -> None:
         is_active = self.active if active is None else active
         if self.sms_recipient_number:
             self.set_entity_state(State.NORMAL, "active" if is_active else "idle")

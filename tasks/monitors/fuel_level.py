@@ -79,13 +79,13 @@ class FuelLevel(Task):
         contradicted, level = level > self._most, min(level, self._most)
         self.publish(imc.FuelLevel(value=level, confidence=self.initial_confidence))
         if level < self.error_level:
-            self._say(State.ERROR, self._complaint if contradicted else "fuel reserve", level)
+            self._report_level(State.ERROR, self._complaint if contradicted else "fuel reserve", level)
         elif level < self.warning_level:
-            self._say(State.FAULT, "fuel is running low", level)
+            self._report_level(State.FAULT, "fuel is running low", level)
         else:
             self.set_entity_state(State.NORMAL, "active")
 
-    def _say(self, state: State, description: str, level: float) -> None:
+    def _report_level(self, state: State, description: str, level: float) -> None:
         if self.entity.description != description:
             write = self.log.error if state is State.ERROR else self.log.warning
             write(f"{description}: {level:.0f} %")

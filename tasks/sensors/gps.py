@@ -119,7 +119,7 @@ def parse_sentence(frame: bytes) -> Any:
     except Exception as error:  # its errors have no class of their own but Exception; damaged values raise any
         raise ValueError(error) from error
     if sentence is None:
-        raise ValueError("pynmeagps does not know it")
+        raise ValueError("pynmeagps does not support it")
     return sentence
 
 

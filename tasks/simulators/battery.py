@@ -63,7 +63,7 @@ class Battery(Task):
         self._actuations: dict[int, float] = {}
         self._since = self.now_ns
         self._advance()
-        self._say()
+        self._report_charge()
 
     @consume
     def on_set_thruster_actuation(self, actuation: imc.SetThrusterActuation) -> None:
@@ -76,7 +76,7 @@ class Battery(Task):
         self._advance()
         self.publish(imc.Voltage(value=self._voltage))
         self.publish(imc.Current(value=self._current))
-        self._say()
+        self._report_charge()
 
     @periodic("fuel_level_rate")
     def publish_fuel_level(self) -> None:
@@ -89,7 +89,7 @@ class Battery(Task):
         if self._charge < level / 100.0:
             return False
         self._charge = level / 100.0
-        self._say()
+        self._report_charge()
         return True
 
     def _advance(self) -> None:
@@ -116,7 +116,7 @@ class Battery(Task):
         power = power * (rpm / highest) ** 3 if rpm > highest else power
         return power / self.number_of_thrusters
 
-    def _say(self) -> None:
+    def _report_charge(self) -> None:
         level = 100.0 * self._charge
         if level <= 0.0:
             self.set_entity_state(State.FAILURE, "empty")

@@ -89,14 +89,14 @@ class DVL(TrueStateSensorTask):
         if truth is None:
             return
         time, water, ground = truth.timestamp, imc.WaterVelocity(), imc.GroundVelocity()
-        heard = self._hear(truth) if self.beams else None
+        heard = self._find_echoes(truth) if self.beams else None
         if not invalid:
             through, over = self._velocities(truth)
             x, y, z = _noisy(through, self.water_noise, draws)
             water = imc.WaterVelocity(validity=ALL_VALID, x=x, y=y, z=z)
             if heard is not None:
                 over = self._relative(truth, over, heard)
-            elif not self._hears_bottom(truth):
+            elif not self._reaches_bottom(truth):
                 over = None
             if over is not None:
                 x, y, z = _noisy(over, self.ground_noise, draws[3:])
@@ -119,7 +119,7 @@ class DVL(TrueStateSensorTask):
         here = Pose(*self._chart.position(truth), truth.z, truth.phi, truth.theta, truth.psi)
         return here.compose(self._mount)
 
-    def _hear(self, truth: imc.SimulatedState) -> list[BeamEcho | None]:
+    def _find_echoes(self, truth: imc.SimulatedState) -> list[BeamEcho | None]:
         pose, world = self._pose(truth), world_of(self)
         elapsed, stream = truth.timestamp - self.vehicle.start_time, (truth.svx, truth.svy, truth.svz)
         beams = [SonarBeam(pose.position, to_ned(pose.rotation, direction)) for direction in self._directions]
@@ -146,7 +146,7 @@ class DVL(TrueStateSensorTask):
         value = 0.0 if echo is None else max(0.0, echo.distance + noise)
         self.publish(imc.Distance(timestamp=time, validity=validity, value=value), entity=ear, keep_time=True)
 
-    def _hears_bottom(self, truth: imc.SimulatedState) -> bool:
+    def _reaches_bottom(self, truth: imc.SimulatedState) -> bool:
         seabed = world_of(self).seabed
         if (self.bottom_range == 0.0 and self.blanking_distance == 0.0) or seabed is None:
             return True

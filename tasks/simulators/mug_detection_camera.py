@@ -204,7 +204,7 @@ class MUGDetectionCamera(Task):
             if seen is not None and self._is_noticed(thing, view, mug):
                 x, y = self._error.apply(seen, draws, abs(view.height), mug)
                 if math.isfinite(x) and math.isfinite(y):
-                    self._tell(thing.id, x, y, place)
+                    self._publish_detection(thing.id, x, y, place)
         if self.false_alarm_rate > 0.0 and self.fidelity == "Physical":
             self._alarm_falsely(state, place, 1.0 / self.detection_rate if self.detection_rate > 0.0 else since)
 
@@ -253,16 +253,16 @@ class MUGDetectionCamera(Task):
             if seen is not None:
                 self._false_alarms += 1
                 number = max((thing.id for thing in objects), default=0) + self._false_alarms
-                self._tell(number, seen.north, seen.east, place)
+                self._publish_detection(number, seen.north, seen.east, place)
 
-    def _tell(self, number: int, north: float, east: float, place: NorthEastOffset) -> None:
+    def _publish_detection(self, number: int, north: float, east: float, place: NorthEastOffset) -> None:
         """Publish a detection, m from a vehicle whose estimate is a place of the world."""
         if self.latency == 0.0 or self.fidelity != "Physical":
             self.publish(imc.EstimatedMugState(id=number, x=north, y=east))
         else:
-            self.after(self.latency, self._tell_late, number, place[0] + north, place[1] + east)
+            self.after(self.latency, self._publish_late, number, place[0] + north, place[1] + east)
 
-    def _tell_late(self, number: int, north: float, east: float) -> None:
+    def _publish_late(self, number: int, north: float, east: float) -> None:
         """The vehicle has moved on meanwhile."""
         here = self.pose_history.estimate_at(self.now, self.maximum_age)
         if isinstance(here, str):

@@ -73,7 +73,7 @@ class Servos(PoweredDeviceTask):
         self._advance(servo)
         self._target[servo] = target
         if not self._moving[servo]:
-            self._go_on(servo)
+            self._schedule_arrival(servo)
 
     def _advance(self, servo: int) -> None:
         """Turn a servo for the time since it was last turned."""
@@ -84,7 +84,7 @@ class Servos(PoweredDeviceTask):
             target = position + math.copysign(reach, target - position)
         self._position[servo] = target
 
-    def _go_on(self, servo: int) -> None:
+    def _schedule_arrival(self, servo: int) -> None:
         """Look again when the servo arrives, or when the next report is due, whichever is first."""
         distance = abs(self._target[servo] - self._position[servo])
         moving = self._moving[servo] = distance > 0.0
@@ -98,7 +98,7 @@ class Servos(PoweredDeviceTask):
             return
         self._advance(servo)
         self._publish(servo)
-        self._go_on(servo)
+        self._schedule_arrival(servo)
 
     def _publish(self, servo: int) -> None:
         self.publish(imc.ServoPosition(id=servo, value=self._position[servo]))

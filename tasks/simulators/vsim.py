@@ -234,9 +234,9 @@ class VSIM(PoweredDeviceTask):
         if self._seabed is not None:
             water = self._grounding.apply(self.craft, self._seabed, seconds)
             if water is not None or self._touched is not None:
-                self._tell_ground(water)
+                self._report_ground(water)
 
-    def _tell_ground(self, water: float | None) -> None:
+    def _report_ground(self, water: float | None) -> None:
         """Report when the vehicle touches the bottom in `water` (m), and when it is free again."""
         if water is not None:
             if self._touched is None:

@@ -99,7 +99,7 @@ class Failsafe(Task):
     def subscribe_handlers(self) -> None:
         super().subscribe_handlers()
         for name in self._required:
-            self._bus.subscribe(Subscription(imc.builtin()[name], self._hear, self))
+            self._bus.subscribe(Subscription(imc.builtin()[name], self._note_message, self))
 
     def start(self) -> None:
         self._ascent = AscentMonitor(self._surface, self.ascent_delay)
@@ -184,7 +184,7 @@ class Failsafe(Task):
     def publish_heartbeat(self) -> None:
         self.publish(imc.Heartbeat())
 
-    def _hear(self, message: imc.Message) -> None:
+    def _note_message(self, message: imc.Message) -> None:
         self._missed[type(message).__name__] = 0
 
     def _faults(self) -> str:

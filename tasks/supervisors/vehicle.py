@@ -99,10 +99,10 @@ class Vehicle(Task):
             if not self._errors:
                 self._enter(Mode.SERVICE)
             elif self._mode is Mode.BOOT and broken and not booting:
-                self._tell_errors(entities, broken)
+                self._report_errors(entities, broken)
                 self._enter(Mode.ERROR)
         elif self._errors and self._mode not in ROBUST and not self._ignores():
-            self._tell_errors(entities, self._errors)
+            self._report_errors(entities, self._errors)
             self._reset(Mode.ERROR)
 
     @consume
@@ -284,7 +284,7 @@ class Vehicle(Task):
         vital = set(self._errors) & set(self.vital_entities)
         return self._ignore_errors and self._mode is Mode.MANEUVER and not vital
 
-    def _tell_errors(self, entities: imc.EntityMonitoringState, errors: list[str]) -> None:
+    def _report_errors(self, entities: imc.EntityMonitoringState, errors: list[str]) -> None:
         """Log the entities with errors, and the last reported error."""
         names = f"entity errors: {', '.join(errors)}"
         self._note(entities.last_error or names)

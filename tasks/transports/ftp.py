@@ -97,7 +97,7 @@ class FTP(Task):
         self.run_in_thread(self._server.run)
         service = Service("ftp", self.place, self.port)
         may = "read and remove" if self.allow_deletion and self.commanders.is_open else "read"
-        announce_listening_service(self, service, self.control_port, f"whoever reaches it can {may} the logs")
+        announce_listening_service(self, service, self.control_port, f"anyone who reaches it can {may} the logs")
         self.report()
 
     def _note(self, text: str) -> None:

@@ -256,7 +256,7 @@ class UDP(DatagramLinkTask):
         assert self.socket is not None
         for place in set(map(Endpoint._make, refused_destinations(self.socket))):
             for peer in self.peers.on_port_unreachable(place, network_time(self)):
-                self.log_contact(f"lost contact with {peer.name} (0x{peer.system:04X}): nobody listens at {place}")
+                self.log_contact(f"lost contact with {peer.name} (0x{peer.system:04X}): nothing listens at {place}")
                 self.refresh_subscriptions()
 
     @periodic(1.0)

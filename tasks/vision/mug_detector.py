@@ -193,7 +193,7 @@ class MUGDetector(Task):
         self.searched += 1
         self._faults.pop(shot.camera, None)
         self._faults.pop("", None)
-        self._tell()
+        self._report_state()
 
     def glider_offset(self, number: int) -> tuple[float, float, Floats]:
         """North and east (m) of the vehicle, as it is now, of a glider, and the covariance (2, 2).
@@ -263,9 +263,9 @@ class MUGDetector(Task):
         if self._faults.get(camera) != fault:
             self.log.warning(f"{camera}: {fault}" if camera else fault)
         self._faults[camera] = fault
-        self._tell()
+        self._report_state()
 
-    def _tell(self) -> None:
+    def _report_state(self) -> None:
         for camera in list(self._faults):
             if camera and self.age(self._heard.get(camera, -math.inf)) > SILENT:
                 del self._faults[camera]

@@ -101,6 +101,7 @@ class WindSea:
         pitch = np.arctan(-np.sum(steep * forward * lean * beam, axis=1))
         roll = np.arctan(np.sum(steep * starboard * heel * length, axis=1) * np.cos(pitch))
         rows = -np.sum(front * self._north, axis=1), -np.sum(front * self._east, axis=1), -np.sum(crest, axis=1)
+        # At two instants around `time`: their difference gives the rates.
         before, after = np.stack([*rows, roll, pitch], axis=1).tolist()
         n, e, d, phi, theta = (0.5 * (first + last) for first, last in zip(before, after, strict=True))
         vn, ve, vd, phi_rate, theta_rate = (

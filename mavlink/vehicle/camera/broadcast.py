@@ -38,7 +38,7 @@ class CameraBroadcast:
             case imc.EntityParameters():
                 self._send_parameters(message)
             case imc.EstimatedMugState():
-                self._tell_detection(message, now)
+                self._send_detection(message, now)
                 for camera in self._called(label):
                     camera.add_detection(message, now)
             case imc.Event(topic=topic) if topic == TAKEN:
@@ -55,7 +55,7 @@ class CameraBroadcast:
         for camera in self._cameras:
             self._answer(camera, lambda asked: asked.until <= now)
 
-    def _tell_detection(self, mug: imc.EstimatedMugState, now: float) -> None:
+    def _send_detection(self, mug: imc.EstimatedMugState, now: float) -> None:
         """Send one line per MUG, repeated after DETECTION_PERIOD s."""
         if self._detected.is_due(mug.id, now):
             self._send_statustext(statustext.NOTICE, f"DETECT MUG {mug.id} " + self._place(mug.x, mug.y))

@@ -134,7 +134,7 @@ def addressed_sessions(session: Session, message: ReceivedMessage) -> list[Sessi
         return found[:1]
     if message.name not in COMMANDS or len(found) < 2:
         return found
-    return [part for part in found[1:] if _knows(session, part, message)] or found[:1]
+    return [part for part in found[1:] if _supports(session, part, message)] or found[:1]
 
 
 def send_image_captured(session: Session, camera: CameraComponent, index: int) -> bool:
@@ -165,7 +165,7 @@ def acknowledge_parameter(session: Session, parameter: ExtendedParameter, result
     session.send("PARAM_EXT_ACK", {**fields, "param_result": result})
 
 
-def _knows(session: Session, part: Session, message: ReceivedMessage) -> bool:
+def _supports(session: Session, part: Session, message: ReceivedMessage) -> bool:
     """Whether an order that all get is meant for a camera."""
     command, first = message.values["command"], message.values["param1"]
     if command != REQUEST_MESSAGE:

@@ -156,7 +156,9 @@ def _set_current(targets: CommandTargets, session: Session, order: CommandReques
         number = 0 if order.integer_parameter(2) == 1 else mission.current
 
     def judge(outcome: PlanReply) -> None:
-        order.finish(DONE if outcome.done else CommandResult(MavResult.FAILED, f"Cannot go on there: {outcome.reason}"))
+        order.finish(
+            DONE if outcome.done else CommandResult(MavResult.FAILED, f"Cannot continue there: {outcome.reason}")
+        )
 
     if not mission.set_current(number, judge, now):
         return CommandResult(MavResult.DENIED, f"No item from {order.params[0]:g} on moves the vehicle")

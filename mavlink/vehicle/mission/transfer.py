@@ -247,7 +247,7 @@ class MissionTransfer(MavlinkService):
 
         def judge(outcome: PlanReply) -> None:
             if not outcome.done:
-                session.send_statustext(statustext.WARNING, f"Cannot go on at item {seq}: {outcome.reason}", now)
+                session.send_statustext(statustext.WARNING, f"Cannot continue at item {seq}: {outcome.reason}", now)
 
         if not self.mission.set_current(seq_to_item_number(seq, session), judge, now):
             session.send_statustext(statustext.WARNING, f"No item from {seq} on moves the vehicle", now)

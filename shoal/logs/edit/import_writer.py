@@ -78,8 +78,8 @@ class SystemLogWriter:
         if self.count:
             return
         services = str(Service("mavlink+info", "0.0.0.0", path=f"/system/{mavlink}"))
-        self._say(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STARTED, name=self._log))
-        self._say(ENTITIES[0], imc.Announce(timestamp=time, sys_name=self.name, sys_type=kind, services=services))
+        self._publish(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STARTED, name=self._log))
+        self._publish(ENTITIES[0], imc.Announce(timestamp=time, sys_name=self.name, sys_type=kind, services=services))
         for label in ENTITIES:
             self._name(label, time)
 
@@ -88,16 +88,16 @@ class SystemLogWriter:
         for label, message in messages:
             if label not in self._labels:
                 self._name(label, message.timestamp)
-            self._say(label, message)
+            self._publish(label, message)
 
     def write_log_end(self, time: float) -> None:
-        self._say(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STOPPED, name=self._log))
+        self._publish(ENTITIES[0], imc.LoggingControl(timestamp=time, op=imc.LoggingControl.Op.STOPPED, name=self._log))
 
     def _name(self, label: str, time: float) -> None:
         entity = self._labels.setdefault(label, len(self._labels) + 1)
         self._write(entity, imc.EntityInfo(timestamp=time, id=entity, label=label, component="MAVLink"))
 
-    def _say(self, label: str, message: imc.Message) -> None:
+    def _publish(self, label: str, message: imc.Message) -> None:
         self._write(self._labels[label], message)
 
     def _write(self, entity: int, message: imc.Message) -> None:

@@ -67,7 +67,7 @@ UNITS = {
     "NTU": "1",
     "dB": "1",
 }
-"""IMC units that UDUNITS, and so CF, writes differently or does not know."""
+"""IMC units that UDUNITS, and so CF, writes differently or lacks."""
 
 KINDS = {
     "int8_t": np.int8,

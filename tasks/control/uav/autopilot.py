@@ -227,7 +227,7 @@ class Autopilot(Task):
     def _descend_level(self, state: imc.EstimatedState, step: float) -> None:
         """Command a level descent, `step` s after the last command."""
         vertical, touchdown, now = self._vertical, self._touchdown, self.now
-        falling = vertical.speed if vertical.knows_speed(now) else None
+        falling = vertical.speed if vertical.has_speed(now) else None
         if falling is not None:
             self._blind.note_altitude(vertical.height)
         above, descent = vertical.highest(now) > self._ceiling, self._dips.descent(now)

@@ -36,7 +36,7 @@ class AUV(Maneuver):
         self._order, self._reference, self._leg = order, imc.Reference(), None
         self._doing, self._told = Doing.WAIT, -1.0
         heard = self.now
-        self._tell(0)
+        self._publish_follow_state(0)
         while True:
             event = await self.next_message()
             if isinstance(event, imc.Reference) and self._obeys(event):
@@ -46,7 +46,7 @@ class AUV(Maneuver):
                 await self._accept(event)
             if order.timeout > 0.0 and self.age(heard) > order.timeout:
                 self._doing, self._told = Doing.TIMEOUT, -1.0
-                self._tell(0)
+                self._publish_follow_state(0)
                 raise ManeuverError("reference timeout")
             if isinstance(event, imc.EstimatedState):
                 self._move(event)
@@ -82,7 +82,7 @@ class AUV(Maneuver):
         """Choose what to do from the reference and the distance to it."""
         leg = self._leg
         if leg is None:
-            self._tell(0)
+            self._publish_follow_state(0)
             return
         near = self.range_to(leg) <= max(self.horizontal_tolerance, 1.5 * self._radius())
         deep = abs(vertical_error(state, leg)) <= self.vertical_tolerance
@@ -98,7 +98,7 @@ class AUV(Maneuver):
             self._doing = doing
             self._told = -1.0
             self._begin_doing(leg, doing)
-        self._tell((Near.XY_NEAR if near else 0) | (Near.Z_NEAR if deep else 0) or Near.FAR)
+        self._publish_follow_state((Near.XY_NEAR if near else 0) | (Near.Z_NEAR if deep else 0) or Near.FAR)
 
     def _begin_doing(self, leg: PathEnd, doing: Doing) -> None:
         self.set_control_loops(0 if doing is Doing.HOVER else Loops.PATH)
@@ -112,7 +112,7 @@ class AUV(Maneuver):
             return self._reference.radius
         return max(0.0, self._order.loiter_radius)
 
-    def _tell(self, proximity: int) -> None:
+    def _publish_follow_state(self, proximity: int) -> None:
         """Publish FollowRefState at each change and once per second."""
         if self._told >= 0.0 and self.now - self._told < 1.0:
             return

@@ -244,6 +244,7 @@ class GPSNavigation(Task):
             u, v = state.ground_velocity(psi)
             if math.dist((along, across), north_and_east(u, v, psi)) <= SPEED_JUMP:
                 state.measure_velocity(along, across, psi, self.speed_variance)
+        # A plane fits the ellipsoid only nearby: take the fix as the new origin.
         if math.hypot(north, east) > self.farthest:
             self._reference = fix
             state.x[NORTH] -= north

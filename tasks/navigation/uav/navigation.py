@@ -241,6 +241,7 @@ class Navigation(Task):
         north, east = offset_from(reference, fix)
         variance, horizontal, age = horizontal_variance(fix), self._over_ground, self.now - self._fixed
         sigma = math.sqrt(variance)
+        # A list, not a generator: both axes have to be updated.
         if any([axis.update(at / sigma) for axis, at in zip(self._scatter, (north, east), strict=True)]):
             return
         vn, ve = horizontal.velocity

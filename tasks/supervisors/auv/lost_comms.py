@@ -37,14 +37,14 @@ class LostComms(Task):
         self._plan = imc.PlanControlState()
         self._since: float | None = None
         self._started = False
-        self._say()
+        self._report_state()
 
     @consume(others=True)
     def on_abort(self, abort: imc.Abort) -> None:
         """Leave the vehicle to the operator."""
         if self.is_addressed_or_broadcast(abort):
             self._armed, self._aborted, self._since = False, True, None
-            self._say()
+            self._report_state()
 
     @consume(others=True)
     def on_heartbeat(self, beat: imc.Heartbeat) -> None:
@@ -82,7 +82,7 @@ class LostComms(Task):
             self._read_state(answer.arg)
         elif answer.op == Op.GET_INFO and ours and (succeeded or answer.type == imc.PlanDB.Type.FAILURE):
             self._known, self._armed = True, succeeded and not self._aborted
-        self._say()
+        self._report_state()
 
     def _read_state(self, state: imc.PlanDBState) -> None:
         """Read the list of all plans, which is empty if there are too many for one message."""
@@ -113,7 +113,7 @@ class LostComms(Task):
             self._since = self.now
         elif self.age(self._since) >= self.lost_comms_timeout:
             self._start_plan()
-        self._say()
+        self._report_state()
 
     def _start_plan(self) -> None:
         self.log.warning(f"no console for {self.lost_comms_timeout:g} s: starting {self.plan_name}")
@@ -131,7 +131,7 @@ class LostComms(Task):
         """The media in which the vehicle may be; a wave over it does not stop a time that has begun."""
         return (Where.WATER,) if self._since is None else (Where.WATER, Where.UNDERWATER)
 
-    def _say(self) -> None:
+    def _report_state(self) -> None:
         if self._started:
             words = f"started {self.plan_name}"
         elif self._since is not None:

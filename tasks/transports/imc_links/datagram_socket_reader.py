@@ -65,8 +65,8 @@ class DatagramReader:
         if full >= ROUNDS and readable in self._readings:
             self._full[readable] = 0
             self._task.unwatch(readable)
-            schedule_network_timer(self._task, PAUSE, self._go_on, readable)
+            schedule_network_timer(self._task, PAUSE, self._resume_reading, readable)
 
-    def _go_on(self, readable: socket.socket) -> None:
+    def _resume_reading(self, readable: socket.socket) -> None:
         if readable in self._readings:
             self._task.watch(readable, self._readings[readable])

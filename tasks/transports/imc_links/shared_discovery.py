@@ -70,7 +70,7 @@ class DiscoveryLeader:
             return
         except OSError:  # it has gone already, or there are no file descriptors left
             self._task.unwatch(self._listener)
-            schedule_network_timer(self._task, PAUSE, self._go_on)
+            schedule_network_timer(self._task, PAUSE, self._resume_accepting)
             return
         follower.setblocking(False)
         if len(self._followers) < MOST_FOLLOWERS:
@@ -79,7 +79,7 @@ class DiscoveryLeader:
         else:
             follower.close()
 
-    def _go_on(self) -> None:
+    def _resume_accepting(self) -> None:
         if not self._closed:
             self._task.watch(self._listener, self._accept)
 

@@ -117,7 +117,7 @@ class Server(StreamLinkTask):
             if self.drops.add(REFUSED, address):
                 self.log.warning(f"{self.maximum_connections} are connected: {address} was rejected")
         self.unwatch(self.listener)
-        schedule_network_timer(self, PAUSE, self.go_on_accepting)
+        schedule_network_timer(self, PAUSE, self.resume_accepting)
 
     @consume(others=True)
     def on_announce(self, other: imc.Announce) -> None:
@@ -168,7 +168,7 @@ class Server(StreamLinkTask):
         self.close_stream(least, "too many are connected", warn=self.drops.add(GAVE_WAY, least.address))
         return True
 
-    def go_on_accepting(self) -> None:
+    def resume_accepting(self) -> None:
         if self.listener is not None:
             self.watch(self.listener, self.accept)
 

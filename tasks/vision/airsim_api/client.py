@@ -123,7 +123,7 @@ class AirSimClient(RpcClient):
         home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
         home.validate()
         self.home = home
-        told = self._told_cameras()
+        told = self._listed_cameras()
         scales = [self._picture_scales(name, told.get(name)) for name in self._cameras]
         for name, (across, down) in zip(self._cameras, scales, strict=True):
             if len(scales) > 1 and max(abs(across - 1.0), abs(down - 1.0)) > FACE:
@@ -145,10 +145,10 @@ class AirSimClient(RpcClient):
             return scales or expected or (1.0, 1.0)
         found, stated = (math.degrees(2.0 * math.atan(1.0 / each[0])) for each in (scales, expected))
         if abs(found - stated) > math.degrees(DIFFERENT):
-            self.notes.append(f"{name}: its pictures have {found:.6g}°, settings.json says {stated:.6g}°")
+            self.notes.append(f"{name}: its pictures have {found:.6g}°, settings.json has {stated:.6g}°")
         return scales
 
-    def _told_cameras(self) -> dict[str, AirSimCamera]:
+    def _listed_cameras(self) -> dict[str, AirSimCamera]:
         """The cameras of settings.json; none from a server that does not send it."""
         text = self._settings
         if not text:

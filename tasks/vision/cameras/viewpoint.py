@@ -58,7 +58,7 @@ class ViewpointTracker:
         It is between the states before and after; the last one is carried on by its velocities and rates.
         """
         truth, state = self._truth.pose_at(now, OLDEST), self.estimate
-        believed = None if state is None else self._believed(world, state, now, now - began)
+        believed = None if state is None else self._estimated_pose(world, state, now, now - began)
         if truth is None and self._truth.fault:
             return self._truth.fault
         if truth is not None:
@@ -90,7 +90,7 @@ class ViewpointTracker:
         """Whether soundings give the depth of the seabed below, wrong estimate or not."""
         return not self.sea and world.seabed is not None and world.seabed.has_soundings
 
-    def _believed(self, world: World, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
+    def _estimated_pose(self, world: World, state: imc.EstimatedState, now: float, time: float) -> ScenePose | None:
         """The estimated pose; None without a recent place and attitude."""
         belief = self._beliefs.estimate_at(now, OLDEST)
         if isinstance(belief, str) or self._beliefs.latest_state is not state or not math.isfinite(state.depth):

@@ -54,8 +54,8 @@ def stuck():
 @pytest.mark.parametrize("force", [lambda f: f, lambda f: None, lambda f: 1.3 * f, lambda f: 1000.0 * f])
 def test_height_and_speed_are_measured_whatever_the_accelerometer_says(climb, force):
     estimator, now, height, speed = flown(climb=climb, force=force)
-    assert estimator.knows_height(now)
-    assert estimator.knows_speed(now)
+    assert estimator.has_height(now)
+    assert estimator.has_speed(now)
     assert estimator.height == pytest.approx(height, abs=0.5)
     assert estimator.speed == pytest.approx(speed, abs=0.5)
 
@@ -72,7 +72,7 @@ def test_height_and_speed_are_measured_whatever_the_accelerometer_says(climb, fo
 )
 def test_the_speed_goes_on_without_a_barometer_that_can_be_used(lie):
     estimator, now, _, speed = flown(height=lie)
-    assert estimator.knows_speed(now)
+    assert estimator.has_speed(now)
     assert estimator.speed == pytest.approx(speed, abs=0.7)
 
 
@@ -82,15 +82,15 @@ def test_the_accelerometer_alone_is_used_for_a_minute():
 
     for seconds, known in ((60.0, True), (66.0, False)):
         estimator, now, _, _ = flown(seconds, height=silent)
-        assert not estimator.knows_height(now)
-        assert estimator.knows_speed(now) is known
+        assert not estimator.has_height(now)
+        assert estimator.has_speed(now) is known
 
 
 def test_heights_by_gps_are_used_where_there_is_no_barometer():
     estimator, now, _, speed = flown(
         90.0, 1.0, force=lambda f: None, height=lambda h, t: None if t > 3.0 else h, gps=lambda h: 84.0 + h
     )
-    assert estimator.knows_speed(now)
+    assert estimator.has_speed(now)
     assert estimator.speed == pytest.approx(speed, abs=0.7)
 
 
@@ -139,7 +139,7 @@ def test_what_is_not_a_number_changes_nothing():
     estimator.receive_gps_height(math.nan)
     estimator.advance(2.0, 2.0, GRAVITY, UPRIGHT)
     assert (estimator.height, estimator.speed) == (0.0, 0.0)
-    assert not estimator.knows_speed(2.0)
+    assert not estimator.has_speed(2.0)
 
 
 @pytest.mark.parametrize(("height", "speed", "wrong"), [(0, 0, False), (14, 1.5, False), (0, 2.5, True), (16, 0, True)])

@@ -30,7 +30,7 @@ def test_a_climb_that_stays_too_fast_is_reported_once():
     commands, reports = climbed(lambda t: 2.5)
     ((time, text),) = reports
     assert time - commands[0] == pytest.approx(SETTLING, abs=1.5 * STEP)
-    assert text == "it climbs at 2.5 m/s, and the plan says 1 m/s"
+    assert text == "it climbs at 2.5 m/s, not the plan's 1 m/s"
     assert climbed(lambda t: 2.5, steered_vehicle(PX4, 2))[0] == [], "PX4 has no command for it"
 
 

@@ -79,7 +79,7 @@ def test_a_speed_that_is_kept_is_commanded_once():
 def test_a_speed_that_is_not_kept_is_commanded_again_and_then_given_up():
     speed, times = keep(lambda _: 4.5)
     assert len(times) == 2
-    assert speed.error == "it moves at 4.5 m/s, and the plan says 2 m/s"
+    assert speed.error == "it moves at 4.5 m/s, not the plan's 2 m/s"
 
 
 def test_a_speed_that_is_refused_is_commanded_again_and_then_given_up():
@@ -90,7 +90,7 @@ def test_a_speed_that_is_refused_is_commanded_again_and_then_given_up():
 
 def test_what_holds_a_vehicle_back_is_told_and_ends_no_plan():
     speed, _ = keep(lambda _: 0.4)
-    assert (speed.error, speed.warning) == ("", "it moves at 0.4 m/s only, and the plan says 2 m/s")
+    assert (speed.error, speed.warning) == ("", "it moves at 0.4 m/s only, not the plan's 2 m/s")
 
 
 def test_a_speed_that_is_unknown_is_neither_kept_nor_missed():

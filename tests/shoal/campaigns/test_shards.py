@@ -221,6 +221,6 @@ def test_shards_have_names_that_sort_and_may_have_no_run(tmp_path):
 
 def test_a_shard_cannot_tell_when_the_pass_rate_of_all_is_known(tmp_path):
     study = write_study(tmp_path, STUDY.replace("runs: 40", "until: {pass rate known to: 6 %}"))
-    with pytest.raises(ValueError, match="shard 1/2 cannot know how well the pass rate of all shards is known; give"):
+    with pytest.raises(ValueError, match="shard 1/2 cannot compute the interval of all shards' pass rate; give"):
         do(study, tmp_path, "1/2")
     assert do(study, tmp_path, "1/2", runs=10).pass_rate.runs == 5

@@ -90,7 +90,7 @@ def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch
 
     with contextlib.closing(late):
         result = asyncio.run(act())
-    explained = "nobody has answered yet; waiting up to 11 s, since DUNE announces itself every 10 s\n"
+    explained = "no answer yet; waiting up to 11 s, since DUNE announces itself every 10 s\n"
     assert (result.exit_code, result.stderr, "station" in result.stdout) == (0, explained, True)
 
 

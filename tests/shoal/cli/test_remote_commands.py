@@ -248,7 +248,7 @@ def test_a_condition_about_rates_points_to_the_option_for_them(where: str) -> No
 def test_nobody_there_is_status_1(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SHOAL_CONNECT", "tcp/127.0.0.1:9")
     result = shoal(*words)
-    expected = "Error: no vehicle is on the network (nobody listens at tcp/127.0.0.1:9)\n"
+    expected = "Error: no vehicle is on the network (nothing listens at tcp/127.0.0.1:9)\n"
     assert (result.exit_code, result.output) == (1, expected)
 
 

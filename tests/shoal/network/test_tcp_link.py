@@ -87,7 +87,7 @@ def test_a_server_that_is_not_there_yet_is_named_and_connected_to_later() -> Non
         async with serving() as port:
             pass
         async with reaching(port) as net:
-            assert net.search.no_vehicle_text() == f"no vehicle is on the network (nobody listens at 127.0.0.1:{port})"
+            assert net.search.no_vehicle_text() == f"no vehicle is on the network (nothing listens at 127.0.0.1:{port})"
             async with serving(packet(imc.Announce(sys_name="buoy", services="")), port=port):
                 assert (await net.find_system("buoy", 5.0)).id == OWN
 

@@ -73,7 +73,7 @@ def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, o
     with zenoh.open(listening):
         trouble = asyncio.run(look())
     assert trouble.startswith(f"{endpoint} did not accept us: it needs a certificate of its own authority")
-    assert asyncio.run(look()) == f"nobody listens at {endpoint}"
+    assert asyncio.run(look()) == f"nothing listens at {endpoint}"
 
 
 @pytest.mark.heavy
@@ -140,8 +140,10 @@ def test_each_of_several_endpoints_is_joined_and_one_that_does_not_answer_is_nam
         async with make_network([",".join(endpoints)]) as network:
             network.subscribe(None, (imc.Heartbeat,))
             assert await seen(network, "first", "second")
-            assert network.search.link_troubles == [f"nobody listens at {missing}"]
-            with pytest.raises(NetworkError, match=f"no vehicle 'third' on the network; .*nobody listens at {missing}"):
+            assert network.search.link_troubles == [f"nothing listens at {missing}"]
+            with pytest.raises(
+                NetworkError, match=f"no vehicle 'third' on the network; .*nothing listens at {missing}"
+            ):
                 await network.find_system("third", 0.1)
 
     with speaking("first", 0x0B01) as first, speaking("second", 0x0B02) as second:

@@ -28,7 +28,7 @@ def test_an_opened_vehicle_is_found_by_every_way_and_says_so(namespace, tmp_path
     found, log = scene(namespace, tmp_path, address)
     assert found["multicast"] == found["broadcast"] == found["unicast"] == HERE
     assert found["states"] >= 3
-    assert f"listens at {address}:6002 without passwords: whoever reaches it can command the vehicle" in log
+    assert f"listens at {address}:6002 without passwords: anyone who reaches it can command the vehicle" in log
 
 
 @pytest.mark.heavy

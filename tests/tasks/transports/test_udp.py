@@ -183,7 +183,7 @@ def test_a_console_that_has_ended_is_no_longer_in_contact(vessel):
     console = Station(vessel, system=0x4204).join()
     console.get(imc.EulerAngles)
     console.socket.close()
-    vessel.logged(f"lost contact with ccu-test (0x4204): nobody listens at 127.0.0.1:{console.port}")
+    vessel.logged(f"lost contact with ccu-test (0x4204): nothing listens at 127.0.0.1:{console.port}")
     assert 0x4204 not in [peer.system for peer, _ in vessel.udp.peers.contacts(time.time())]
     other = Station(vessel, system=0x4205).join()
     assert other.get(imc.EulerAngles)

@@ -152,7 +152,7 @@ def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
         with afloat(tmp_path, f"Transports.UDP:Local Port={port}", "Transports.UDP:Address=0.0.0.0") as vessel:
             assert vessel.udp.port != port
             vessel.logged(f"port {port} is taken: listens at {vessel.udp.port}")
-            vessel.logged(f"listens at 0.0.0.0:{vessel.udp.port} without passwords: whoever reaches it can command")
+            vessel.logged(f"listens at 0.0.0.0:{vessel.udp.port} without passwords: anyone who reaches it can command")
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def test_pictures_that_are_not_as_settings_json_says_are_reported_once():
     with StandIn(fov=60.0) as server:
         server.told = told(90.0)
         run = shot(server, **ONE)
-        said = [line for line in run.log if "its pictures have 60°, settings.json says 90°" in line]
+        said = [line for line in run.log if "its pictures have 60°, settings.json has 90°" in line]
         assert len(said) == 1
         assert run.frames[0].optics.fx == pytest.approx(32 / math.tan(math.radians(30)))
 

@@ -64,11 +64,11 @@ class GridHorizon(NamedTuple):
         first = np.minimum.accumulate(slopes, axis=1)
         last = np.minimum.accumulate(slopes[:, ::-1], axis=1)[:, ::-1]
         more = APART * np.arange(SECTORS)[:, np.newaxis]
-        return cls(grid.step, begin, RINGS - begin, (more - _told(first)).ravel(), (more + _told(last)).ravel())
+        return cls(grid.step, begin, RINGS - begin, (more - _squashed(first)).ravel(), (more + _squashed(last)).ravel())
 
     def possible_hits(self, sector: Places, slope: Floats) -> tuple[Bools, Floats, Floats]:
         """Mask of the rays (n,) of a slope, down per m, that may touch the grid; and their range of distances (m)."""
-        more, told = APART * sector, _told(slope)
+        more, told = APART * sector, _squashed(slope)
         start = sector * self.rings
         first = np.searchsorted(self.first, more - told) - start
         touch: Bools = first < self.rings
@@ -78,6 +78,6 @@ class GridHorizon(NamedTuple):
         return touch, (first + self.begin) * self.step, (last + self.begin) * self.step
 
 
-def _told(slope: Floats) -> Floats:
+def _squashed(slope: Floats) -> Floats:
     """Numbers from -1 to 1 that grow with slopes."""
     return slope / (1.0 + np.abs(slope))

@@ -273,6 +273,7 @@ def _bracketed(sea: Bathymetry, rays: GroundRays, way: Floats, clear: Floats, fa
     low, high, rows = way.copy(), way.copy(), np.arange(len(way))
     step, over = np.maximum(2.0 * np.abs(clear) / falls, NARROW * way), clear > 0.0
     searching = rows
+    # Outward from the estimate in growing steps, until the sign of the clearance changes.
     for _ in range(TRIES):
         if not searching.size:
             break
@@ -291,6 +292,7 @@ def _bracketed(sea: Bathymetry, rays: GroundRays, way: Floats, clear: Floats, fa
     good = np.ones(len(way), dtype=np.bool_)
     good[searching] = False
     going = rows[good]
+    # Cut the brackets; of several crossings the first one along the ray counts.
     for _ in range(CUTS):
         going = going[high[going] - low[going] > NARROW * high[going]]
         if not going.size:

@@ -70,7 +70,7 @@ def test_a_speed_that_is_accepted_and_not_kept_ends_the_plan(body, profile, kind
     vehicle.tell("ignore speed")
     z = "altitude: 10" if before else "depth: 0"
     vehicle.start(f"{before}  - goto: {{north: 400, {z}, speed: 2 m/s}}\n")
-    fails(vehicle, "m/s, and the plan says 2 m/s")
+    fails(vehicle, "m/s, not the plan's 2 m/s")
 
 
 SLOW_TAKEOFF = "  - takeoff: {altitude: 24, speed: 1 m/s}\n"
@@ -98,7 +98,7 @@ def test_a_takeoff_that_climbs_faster_than_the_plan_says_is_reported(body, kind,
     assert vehicle.wait(vehicle.outcome, 60.0) == "SUCCESS", "\n".join(vehicle.texts())
     told = [text for text in vehicle.texts() if "it climbs at" in text]
     assert len(told) == 1
-    assert told[0].endswith("m/s, and the plan says 1 m/s")
+    assert told[0].endswith("m/s, not the plan's 1 m/s")
 
 
 @HEAVY
