@@ -106,13 +106,13 @@ class Maneuver(Task):
         if self._script is not None and not self._script.done:
             self._script.cancel()
             self.set_entity_state(State.NORMAL, "idle")
-            self._publish_maneuver_state(Phase.STOPPED)
+            self._publish_phase(Phase.STOPPED)
 
     @periodic(1.0)
     def repeat_report(self) -> None:
         """Repeat the last report if there is no new one: silence counts as a failure."""
         if self._said.state == Phase.EXECUTING and self.now - self._said_at >= SILENCE:
-            self._publish_maneuver_state(Phase.EXECUTING, self._said.eta, self._said.info)
+            self._publish_phase(Phase.EXECUTING, self._said.eta, self._said.info)
 
     @consume
     def record_enabled_loops(self, loops: imc.ControlLoops) -> None:
@@ -194,9 +194,7 @@ class Maneuver(Task):
 
     def report_progress(self, eta: float = UNKNOWN_ETA, info: str = "") -> None:
         """Report that the maneuver continues, with the time left (s)."""
-        self._publish_maneuver_state(
-            Phase.EXECUTING, max(0, math.ceil(eta)) if eta < UNKNOWN_ETA else UNKNOWN_ETA, info
-        )
+        self._publish_phase(Phase.EXECUTING, max(0, math.ceil(eta)) if eta < UNKNOWN_ETA else UNKNOWN_ETA, info)
 
     async def next_message(self, timeout: float | None = None) -> imc.Message:
         """The next message; `path` and `state` are updated from it. Raises TimeoutError after `timeout` (s)."""
@@ -239,7 +237,7 @@ class Maneuver(Task):
             self._script.cancel()
         self.path = self.state = None
         self._missed = []
-        self._publish_maneuver_state(Phase.EXECUTING, UNKNOWN_ETA, "in progress")
+        self._publish_phase(Phase.EXECUTING, UNKNOWN_ETA, "in progress")
         self.set_entity_state(State.NORMAL, "active")
         self._script = self.start_script(self._perform, maneuver)
 
@@ -254,12 +252,12 @@ class Maneuver(Task):
             pass
         except Exception as error:
             self.set_entity_state(State.NORMAL, "idle")
-            self._publish_maneuver_state(Phase.ERROR, info=str(error) or type(error).__name__)
+            self._publish_phase(Phase.ERROR, info=str(error) or type(error).__name__)
             if isinstance(error, ManeuverError):
                 return
             raise
         self.set_entity_state(State.NORMAL, "idle")
-        self._publish_maneuver_state(Phase.DONE, info=missed_depths_text(self._missed) or DONE)
+        self._publish_phase(Phase.DONE, info=missed_depths_text(self._missed) or DONE)
 
     def _listen(self, script: Script) -> Inbox:
         inbox = script.listen(*self.subscribed)
@@ -270,7 +268,7 @@ class Maneuver(Task):
         self._scope += 1
         self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._scope))
 
-    def _publish_maneuver_state(self, phase: Phase, eta: int = 0, info: str = "") -> None:
+    def _publish_phase(self, phase: Phase, eta: int = 0, info: str = "") -> None:
         self._said, self._said_at = imc.ManeuverControlState(state=phase, eta=eta, info=info), self.now
         self.publish(self._said)
 
