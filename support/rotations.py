@@ -97,3 +97,35 @@ def quaternion_from_matrix(r: Sequence[Sequence[float]]) -> Quaternion:
     scale = math.copysign(2.0 * math.sqrt(squares[largest]), rows[largest][0])
     w, x, y, z = (float(part) / scale for part in rows[largest])
     return w, x, y, z
+
+
+def quaternion_from_euler(phi: float, theta: float, psi: float) -> Quaternion:
+    """The unit quaternion w, x, y, z of `rotation`; Fossen 2011, eq. 2.79."""
+    cr, sr, cp, sp = cos(0.5 * phi), sin(0.5 * phi), cos(0.5 * theta), sin(0.5 * theta)
+    cy, sy = cos(0.5 * psi), sin(0.5 * psi)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def euler_from_quaternion(quaternion: Sequence[float]) -> Vector:
+    """Roll, pitch and yaw (rad) of a unit quaternion w, x, y, z that rotates body vectors to north-east-down."""
+    w, x, y, z = quaternion
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(max(-1.0, min(1.0, 2.0 * (w * y - x * z)))),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+def matrix_from_quaternion(quaternion: Sequence[float]) -> Matrix:
+    """The rotation, as rows, of a unit quaternion w, x, y, z (Hamilton)."""
+    w, x, y, z = quaternion
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )

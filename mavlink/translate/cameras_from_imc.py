@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from mavlink.dialect import Fields
 from mavlink.positions import GlobalPosition
-from mavlink.translate.from_imc import quaternion
+from support.rotations import quaternion_from_euler
 
 COMPONENTS = range(100, 106)  # MAV_COMP_ID_CAMERA to CAMERA6
 CAMERA, NO_AUTOPILOT, ACTIVE = 30, 8, 4  # MAV_TYPE, MAV_AUTOPILOT, MAV_STATE
@@ -98,7 +98,7 @@ def image_captured(picture: Picture, index: int, url: str, time: int) -> Fields:
         "lon": math.degrees(place.lon) * DEGREES,
         "alt": place.altitude * 1e3,
         "relative_alt": place.relative * 1e3,
-        "q": quaternion(*picture.angles),
+        "q": quaternion_from_euler(*picture.angles),
         "image_index": index,
         "capture_result": 1,
         "file_url": url.encode(),

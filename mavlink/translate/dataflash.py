@@ -26,7 +26,6 @@ from mavlink.translate.measurements_to_imc import (
     LoggedFlight,
     ParameterBatch,
     TranslatedMessages,
-    Vector,
     battery_messages,
     estimated_state,
     imu_messages,
@@ -37,6 +36,7 @@ from mavlink.translate.measurements_to_imc import (
     range_message,
     with_times,
 )
+from support.rotations import Vector
 from support.wgs84 import displace
 
 BUILDS = {1: 10, 2: 2, 3: 1, 4: 5, 7: SUBMARINE, 12: 7, 13: 4}

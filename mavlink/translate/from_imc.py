@@ -7,7 +7,7 @@ import imc
 from mavlink.dialect import Fields
 from mavlink.positions import GlobalPosition, Home, degrees_e7, wrapped
 from support import wgs84
-from support.planar_geometry import north_and_east
+from support.rotations import rotation, to_ned
 
 State = imc.EntityState.State
 UNKNOWN_16 = 0xFFFF
@@ -60,26 +60,12 @@ def velocity_of(state: imc.EstimatedState) -> tuple[float, float, float] | None:
         return ground if _slow(*ground) else None
     if not (known and _slow(*body)):
         return None
-    cr, sr, cp, sp = math.cos(state.phi), math.sin(state.phi), math.cos(state.theta), math.sin(state.theta)
-    u, v, w = body
-    level, across = cp * u + sp * (sr * v + cr * w), cr * v - sr * w
-    return *north_and_east(level, across, state.psi), -sp * u + cp * (sr * v + cr * w)
+    return to_ned(rotation(state.phi, state.theta, state.psi), body)
 
 
 def boot_ms(time: float, boot: float) -> int:
     """Milliseconds since `boot` (both s since 1970), wrapped like MAVLink's 32-bit field."""
     return max(0, round((time - boot) * 1e3)) & 0xFFFFFFFF if math.isfinite(time) else 0
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """w, x, y, z of the rotation from north, east, down to the body; rotations about z, then y, then x."""
-    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in (roll, pitch, yaw))
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
 
 
 def attitude(state: imc.EstimatedState, time: int) -> Fields | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 import imc
+from support.rotations import Vector, rotation, to_body
 
 ENTITIES = ("Autopilot", "Navigation", "GPS", "Batteries", "IMU", "Pressure Sensor", "Depth Sensor", "Range Finder")
 """Labels of the entities that send messages; their ids count from 1."""
@@ -27,7 +28,6 @@ _KINDS = {
 }
 _ENTRY = imc.LogBookEntry.Type
 _SEVERITIES = (*3 * (_ENTRY.CRITICAL,), _ENTRY.ERROR, _ENTRY.WARNING, _ENTRY.INFO, _ENTRY.INFO, _ENTRY.DEBUG)
-Vector = tuple[float, float, float]
 
 
 def system_type(type_: int) -> imc.SystemType:
@@ -43,7 +43,7 @@ def estimated_state(
     place: latitude, longitude (rad), height (m). attitude: roll, pitch, yaw (rad). velocity: north, east, down (m/s).
     rates: of the body (rad/s). depth and altitude above the ground in m, -1 if unknown.
     """
-    u, v, w = to_body(*attitude, *velocity)
+    u, v, w = to_body(rotation(*attitude), velocity)
     return imc.EstimatedState(
         lat=place[0],
         lon=place[1],
@@ -223,17 +223,3 @@ def _date(utc: float | None) -> tuple[int, int, int, float]:
         return 0, 0, 0, 0.0
     date = datetime.fromtimestamp(utc, UTC)
     return date.year, date.month, date.day, date.hour * 3600 + date.minute * 60 + date.second + date.microsecond / 1e6
-
-
-def to_body(phi: float, theta: float, psi: float, north: float, east: float, down: float) -> Vector:
-    """A north-east-down vector in the body frame; as in `support.rotations`, which this package cannot import."""
-    cphi, sphi, ct, st, cpsi, spsi = *_cs(phi), *_cs(theta), *_cs(psi)
-    return (
-        ct * cpsi * north + ct * spsi * east - st * down,
-        (sphi * st * cpsi - cphi * spsi) * north + (sphi * st * spsi + cphi * cpsi) * east + sphi * ct * down,
-        (cphi * st * cpsi + sphi * spsi) * north + (cphi * st * spsi - sphi * cpsi) * east + cphi * ct * down,
-    )
-
-
-def _cs(angle: float) -> tuple[float, float]:
-    return math.cos(angle), math.sin(angle)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 import imc
 from mavlink.dialect import Fields
 from mavlink.positions import GlobalPosition, Home, degrees_e7
-from mavlink.translate.from_imc import UNKNOWN_16, boot_ms, quaternion, velocity_of
-from support.rotations import rotation, to_body
+from mavlink.translate.from_imc import UNKNOWN_16, boot_ms, velocity_of
+from support.rotations import quaternion_from_euler, rotation, to_body
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 DOWN, FORWARD = 25, 0  # MAV_SENSOR_ORIENTATION
@@ -68,7 +68,7 @@ def attitude_quaternion(state: imc.EstimatedState, time: int) -> Fields | None:
     """ATTITUDE_QUATERNION: from north, east, down to the body; rotations about z, then y, then x."""
     if not all(map(math.isfinite, (state.phi, state.theta, state.psi, state.p, state.q, state.r))):
         return None
-    q1, q2, q3, q4 = quaternion(state.phi, state.theta, state.psi)
+    q1, q2, q3, q4 = quaternion_from_euler(state.phi, state.theta, state.psi)
     return {
         "time_boot_ms": time,
         "q1": q1,
@@ -99,7 +99,7 @@ def odometry(state: imc.EstimatedState, local: Fields, uncertainty: imc.Navigati
         "frame_id": LOCAL_NED,
         "child_frame_id": BODY_FRD,
         **{name: local[name] for name in ("x", "y", "z")},
-        "q": quaternion(*angles),
+        "q": quaternion_from_euler(*angles),
         **dict(zip(("vx", "vy", "vz"), velocity, strict=True)),
         "rollspeed": state.p,
         "pitchspeed": state.q,

@@ -23,7 +23,6 @@ from mavlink.translate.measurements_to_imc import (
     LoggedFlight,
     ParameterBatch,
     TranslatedMessages,
-    Vector,
     battery_messages,
     estimated_state,
     imu_messages,
@@ -35,6 +34,7 @@ from mavlink.translate.measurements_to_imc import (
     with_times,
 )
 from mavlink.ulog import DROPOUT, PARAMETER, TEXT, ULog
+from support.rotations import Vector, euler_from_quaternion
 from support.wgs84 import displace
 
 MODES = {
@@ -130,7 +130,7 @@ class ULogTranslator:
     def _attitude(self, m: Any) -> TranslatedMessages:
         if m.number:
             return
-        attitude = _euler(*_vector(m, "q", 4))
+        attitude = euler_from_quaternion(_vector(m, "q", 4))
         if hasattr(m, "rollspeed"):  # before PX4 1.10
             self._rates = (m.rollspeed, m.pitchspeed, m.yawspeed)
         yield IMU, imc.EulerAngles(time=self._time, phi=attitude[0], theta=attitude[1], psi=attitude[2])
@@ -237,15 +237,6 @@ def _airspeed(m: Any) -> TranslatedMessages:
 
 def _vector(m: Any, name: str, count: int = 3) -> Any:
     return tuple(getattr(m, f"{name}[{index}]") for index in range(count))
-
-
-def _euler(w: float, x: float, y: float, z: float) -> Vector:
-    """Roll, pitch and yaw of a quaternion that turns the body frame into north, east, down."""
-    return (
-        math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-        math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))),
-        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
-    )
 
 
 def _known(value: float) -> float | None:

@@ -6,7 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from support.rotations import body_rates, rotation, to_body, to_ned, wrap
+from support.rotations import (
+    body_rates,
+    euler_from_quaternion,
+    matrix_from_quaternion,
+    quaternion_from_euler,
+    quaternion_from_matrix,
+    rotation,
+    to_body,
+    to_ned,
+    wrap,
+)
 
 ANGLES = st.floats(-4.0, 4.0)
 
@@ -34,6 +44,16 @@ def test_body_rates_turn_the_rotation(phi, theta, psi, rates):
     for axis, expected in (((1.0, 0.0, 0.0), (0.0, r, -q)), ((0.0, 1.0, 0.0), (-r, 0.0, p))):
         moved = [(y - x) / (2 * h) for x, y in zip(to_ned(a, axis), to_ned(b, axis), strict=True)]
         assert to_body(rotation(phi, theta, psi), tuple(moved)) == pytest.approx(expected, abs=1e-8)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_quaternions_are_the_same_rotation(phi, theta, psi):
+    quaternion, matrix = quaternion_from_euler(phi, theta, psi), rotation(phi, theta, psi)
+    for row, same in zip(matrix_from_quaternion(quaternion), matrix, strict=True):
+        assert row == pytest.approx(same, abs=1e-12)
+    sign = math.copysign(1.0, quaternion[0])
+    assert quaternion_from_matrix(matrix) == pytest.approx([sign * part for part in quaternion], abs=1e-7)
+    assert euler_from_quaternion(quaternion) == pytest.approx((phi, theta, psi), abs=1e-7)
 
 
 @given(st.floats(-1e6, 1e6))

@@ -4,7 +4,18 @@ import functools
 import math
 from collections.abc import Callable
 
-from support.rotations import Matrix, Vector, cross, rotation, to_body, to_ned
+from support.number_parsing import clamp_magnitude
+from support.rotations import (
+    Matrix,
+    Quaternion,
+    Vector,
+    cross,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    rotation,
+    to_body,
+    to_ned,
+)
 from world.bodies.auv_model import FULL_DEFLECTION, MAXIMUM_TORQUE, Thruster, UnderwaterModel
 
 GRAVITY = 9.80665
@@ -12,7 +23,6 @@ WATER = 1000.0  # kg/m³
 LIMIT = 1e3  # m/s and rad/s; beyond it, the motion has diverged
 
 Rates = tuple[float, float, float, float, float, float]
-Quaternion = tuple[float, float, float, float]
 Lever = tuple[float, tuple[float, float, float, float, float] | None]
 Thrust = tuple[float, float, float, tuple[float, float, float, float, float] | None]
 Acceleration = Callable[[float, Quaternion, Rates, Rates, tuple[Thrust, ...]], Rates]
@@ -55,28 +65,15 @@ class UnderwaterVehicle:
 
     def set_attitude(self, phi: float, theta: float, psi: float) -> None:
         """Set the attitude to these Euler angles (rad)."""
-        cr, sr = math.cos(0.5 * phi), math.sin(0.5 * phi)
-        cp, sp = math.cos(0.5 * theta), math.sin(0.5 * theta)
-        cy, sy = math.cos(0.5 * psi), math.sin(0.5 * psi)
-        self._attitude = (
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        )
+        self._attitude = quaternion_from_euler(phi, theta, psi)
 
     def euler_angles(self) -> Vector:
         """Roll, pitch and yaw (rad)."""
-        a, b, c, d = self._attitude
-        return (
-            math.atan2(2.0 * (a * b + c * d), 1.0 - 2.0 * (b * b + c * c)),
-            math.asin(_clip(2.0 * (a * c - b * d), 1.0)),
-            math.atan2(2.0 * (a * d + b * c), 1.0 - 2.0 * (c * c + d * d)),
-        )
+        return euler_from_quaternion(self._attitude)
 
     def set_deflection(self, fin: int, angle: float) -> None:
         """Set a fin to an angle (rad), limited to 25 degrees. Raises IndexError if there is no such fin."""
-        deflection = self.deflections[fin] = _clip(angle, FULL_DEFLECTION)
+        deflection = self.deflections[fin] = clamp_magnitude(angle, FULL_DEFLECTION)
         part, share = self.model.fins[fin], 0.5 * deflection / FULL_DEFLECTION
         x, y, z = part.force
         force = x, y, z = share * x, share * y, share * z
@@ -202,11 +199,11 @@ def _accelerations(model: UnderwaterModel) -> Acceleration:
                 x += -strongest if push < -strongest else strongest if push > strongest else push
                 if others is not None:
                     ty, tz, tk, tm, tn = others
-                    y += _clip(ty * force, strongest)
-                    lower += _clip(tz * force, strongest)
-                    k += _clip(tk * force, MAXIMUM_TORQUE)
-                    m += _clip(tm * force, MAXIMUM_TORQUE)
-                    n += _clip(tn * force, MAXIMUM_TORQUE)
+                    y += clamp_magnitude(ty * force, strongest)
+                    lower += clamp_magnitude(tz * force, strongest)
+                    k += clamp_magnitude(tk * force, MAXIMUM_TORQUE)
+                    m += clamp_magnitude(tm * force, MAXIMUM_TORQUE)
+                    n += clamp_magnitude(tn * force, MAXIMUM_TORQUE)
         if z <= 0.0:
             lower = 0.0
         immersed = z + half_height
@@ -229,7 +226,3 @@ def _lever(engine: Thruster) -> Lever:
     x, *rest = *engine.direction, *cross(engine.position, engine.direction)
     y, z, k, m, n = (0.0 if abs(share) < 1e-12 else share for share in rest)
     return x, (y, z, k, m, n) if y or z or k or m or n else None
-
-
-def _clip(value: float, limit: float) -> float:
-    return -limit if value < -limit else limit if value > limit else value

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from support.rotations import matrix_from_quaternion
+
 Window = tuple[tuple[int, int], tuple[int, int]]
 """First and last + 1 of rows, and of columns, of a face."""
 
@@ -25,33 +27,12 @@ QUATERNIONS = (
     (0.0, 1.0, 0.0, 0.0),
 )
 
-# The table of the thesis in its (row, column, depth) image coordinates, with the missing sign of `front` restored.
-ORIGINAL_QUATERNIONS = (
-    (1.0, 0.0, 0.0, 0.0),
-    (_H, 0.0, -_H, 0.0),
-    (0.5, -0.5, -0.5, -0.5),
-    (0.0, _H, 0.0, _H),
-    (0.5, 0.5, -0.5, 0.5),
-)
-
-
-def quaternion_matrix(quaternion: Sequence[float]) -> NDArray[np.float64]:
-    """(3, 3) matrix of a unit quaternion [w, x, y, z] (Hamilton)."""
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
 
 def face_rotations(count: int) -> NDArray[np.float64]:
     """(count, 3, 3) matrices from each face's optical frame to that of `down`. Raises ValueError unless 5 or 6."""
     if count not in (5, 6):
         raise ValueError(f"a fisheye picture has 5 or 6 faces, not {count}")
-    return np.rint([quaternion_matrix(q) for q in QUATERNIONS[:count]])
+    return np.rint([matrix_from_quaternion(q) for q in QUATERNIONS[:count]])
 
 
 def pixel_axis(width: int) -> NDArray[np.float32]:

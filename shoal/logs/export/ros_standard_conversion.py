@@ -150,12 +150,16 @@ def fill_pose(records: Array, states: Array, origin: MapOrigin) -> None:
     north, east, down = displacement(origin, places["lat"], places["lon"], places["height"])
     records["x"], records["y"], records["z"] = east, north, -down
     phi, theta, psi = (states[name].astype(float) for name in ("phi", "theta", "psi"))
-    roll, pitch, yaw = phi / 2.0, -theta / 2.0, (math.pi / 2.0 - psi) / 2.0
+    attitude = quaternion_columns(phi, -theta, math.pi / 2.0 - psi)
+    records["qw"], records["qx"], records["qy"], records["qz"] = attitude
+
+
+def quaternion_columns(phi: Array, theta: Array, psi: Array) -> tuple[Array, Array, Array, Array]:
+    """w, x, y and z from columns of Euler angles (rad), as `quaternion_from_euler`."""
+    roll, pitch, yaw = 0.5 * phi, 0.5 * theta, 0.5 * psi
     cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
-    records["qw"] = cr * cp * cy + sr * sp * sy
-    records["qx"] = sr * cp * cy - cr * sp * sy
-    records["qy"] = cr * sp * cy + sr * cp * sy
-    records["qz"] = cr * cp * sy - sr * sp * cy
+    w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
+    return w, x, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
 
 
 def log_body(time: int, entry: Any, name: str) -> bytearray:

@@ -12,7 +12,7 @@ from runtime.logs import Array
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, photos_of_other_lenses, read_photo_cameras
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
 from shoal.logs.export.photo_files import Photo, find_photos
-from shoal.logs.export.ros_standard_conversion import MapOrigin, first_origin
+from shoal.logs.export.ros_standard_conversion import MapOrigin, first_origin, quaternion_columns
 from support.wgs84_arrays import displacement
 
 TRIAD = ("timestamp", "src", "src_ent", "x", "y", "z")
@@ -94,10 +94,7 @@ def read_recording(source: LogSource, progress: ReportProgress = lambda _: None)
 
 def quaternions(phi: Array, theta: Array, psi: Array) -> Array:
     """Rows w, x, y, z, w >= 0, that turn body vectors to east, north, up, from Euler angles against north (rad)."""
-    cr, sr, cp, sp = np.cos(phi / 2), np.sin(phi / 2), np.cos(theta / 2), np.sin(theta / 2)
-    cy, sy = np.cos(psi / 2), np.sin(psi / 2)
-    w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
-    y, z = cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
+    w, x, y, z = quaternion_columns(phi, theta, psi)
     half = math.sqrt(0.5)  # east-north-up from north-east-down: half a turn about north-east
     found = np.stack((-half * (x + y), half * (w + z), half * (w - z), half * (y - x)), axis=-1)
     return np.where(found[:, :1] < 0.0, -found, found)

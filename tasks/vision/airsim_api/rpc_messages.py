@@ -9,7 +9,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 import world
-from support.rotations import quaternion_from_matrix, rotation
+from support.rotations import matrix_from_quaternion, quaternion_from_matrix, rotation
 from world.optics import Floats
 from world.rendering import optical_to_body_transform
 
@@ -214,12 +214,7 @@ def pose_transform(position: AirSimVector, orientation: AirSimQuaternion) -> Flo
     found[:3, 3] = position.x_val, position.y_val, position.z_val
     if not (np.abs(found).max() < FARTHEST and abs(length - 1.0) < 1e-2):
         raise AirSimError(f"a pose that is none: {position}, {orientation}")
-    w, x, y, z = q / length
-    found[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
+    found[:3, :3] = matrix_from_quaternion((q / length).tolist())
     return found
 
 
