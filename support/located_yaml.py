@@ -47,6 +47,16 @@ class Node:
     def fail(self, reason: str) -> NoReturn:
         raise self.error(reason, self.where)
 
+    def with_content(self, content: "str | list[Node] | dict[str, Node]", *, plain: bool = False) -> "Node":
+        """Other content at the same place."""
+        return Node(content, self.file, self.line, self.error, plain)
+
+    def raw(self) -> Any:
+        """The content with each scalar as the text that the file has."""
+        if isinstance(self.content, dict):
+            return {key: node.raw() for key, node in self.content.items()}
+        return [node.raw() for node in self.content] if isinstance(self.content, list) else self.content
+
     def value(self) -> Any:
         """The content as YAML 1.1 types it: numbers, booleans, dates, None, text, lists, dictionaries.
 

@@ -89,18 +89,11 @@ def read_fleet_file(path: Path) -> tuple[FleetFile, FleetFileSource]:
     root = parse_yaml_tree(read_text(path, FleetFileError), str(path), FleetFileError)
     source = FleetFileSource(root)
     try:
-        return msgspec.convert(_texts(root), FleetFile, strict=False), source
+        return msgspec.convert(root.raw(), FleetFile, strict=False), source
     except msgspec.ValidationError as error:
         text, _, place = str(error).partition(" - at `$")
         place = place.strip(".`")
         source.fail(place, f"{place}: {_plain(text)}" if place else _plain(text))
-
-
-def _texts(node: Node) -> Any:
-    """The content with each value as text, from which numbers are made where one is required."""
-    if isinstance(node.content, dict):
-        return {key: _texts(child) for key, child in node.content.items()}
-    return [_texts(child) for child in node.content] if isinstance(node.content, list) else node.content
 
 
 def _plain(text: str) -> str:

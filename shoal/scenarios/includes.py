@@ -53,7 +53,7 @@ def _merge_includes(root: Node, path: Path, above: tuple[Path, ...]) -> Node:
     if isinstance(wanted, IncludedFiles):
         return root
     names = wanted.items() if isinstance(wanted.content, list) else [wanted]
-    merged = Node({}, root.file, root.line, root.error)
+    merged = root.with_content({})
     read: list[Path] = []
     for name in names:
         file = resolve_root_copy(path.parent / name.text())
@@ -64,14 +64,14 @@ def _merge_includes(root: Node, path: Path, above: tuple[Path, ...]) -> Node:
             read += more.paths
         read.append(file)
         own = {key: item for key, item in included.mapping().items() if key not in OWN}
-        part = Node(own, included.file, included.line, included.error)
+        part = included.with_content(own)
         if file.parent.resolve() != path.parent.resolve():
             part = relocate_tree(part, file.parent, path.parent)
         merged = merge_trees(merged, part)
     rest = {key: item for key, item in root.content.items() if key != INCLUDE}
-    found = merge_trees(merged, Node(rest, root.file, root.line, root.error))
+    found = merge_trees(merged, root.with_content(rest))
     files = IncludedFiles(wanted, tuple(dict.fromkeys(read)))
-    return Node({INCLUDE: files, **found.mapping()}, root.file, root.line, root.error)
+    return root.with_content({INCLUDE: files, **found.mapping()})
 
 
 def _read_included(name: Node, file: Path, above: tuple[Path, ...]) -> Node:
@@ -103,12 +103,12 @@ def _merge_mappings(base: Node, over: Node, lists: tuple[str, ...] = ()) -> Node
         elif before is None:
             content[key] = item
         elif key in lists and isinstance(before.content, list) and isinstance(item.content, list):
-            content[key] = _with(item, _merge_items(before.content, item.content))
+            content[key] = item.with_content(_merge_items(before.content, item.content))
         elif isinstance(before.content, dict) and isinstance(item.content, dict):
             content[key] = _merge_mappings(before, item)
         else:
             content[key] = item
-    return _with(over, content)
+    return over.with_content(content)
 
 
 def _merge_items(base: list[Node], over: list[Node]) -> list[Node]:
@@ -150,7 +150,7 @@ def merge_variant(root: Node, values: Mapping[str, object]) -> tuple[Node, str]:
     chosen = values.get(VARIANT, given.text() if given is not None else "")
     chosen = str(chosen) if isinstance(chosen, int) else chosen  # of a study, for which 1 is a number
     rest = {key: item for key, item in root.content.items() if key not in (VARIANT, VARIANTS)}
-    bare = Node(rest, root.file, root.line, root.error)
+    bare = root.with_content(rest)
     if chosen == "" or chosen is None:
         return bare, ""
     if chosen not in names:
@@ -162,13 +162,15 @@ def merge_variant(root: Node, values: Mapping[str, object]) -> tuple[Node, str]:
     for key, item in variant.mapping().items():
         if key in (INCLUDE, VARIANT, VARIANTS):
             item.fail(f"{key} belongs to the file, not to a variant")
-    return Node(merge_trees(bare, variant).content, root.file, root.line, root.error), str(chosen)
+    return root.with_content(merge_trees(bare, variant).content), str(chosen)
 
 
 def with_whole_calls(node: Node) -> Node:
     """With texts in one piece that YAML has cut at commas within braces: {max: distance(A, B)}."""
+    if isinstance(node, IncludedFiles):
+        return node
     if isinstance(node.content, list):
-        return node if isinstance(node, IncludedFiles) else _with(node, [with_whole_calls(i) for i in node.content])
+        return node.with_content([with_whole_calls(item) for item in node.content])
     if not isinstance(node.content, dict):
         return node
     found: dict[str, Node] = {}
@@ -177,15 +179,11 @@ def with_whole_calls(node: Node) -> Node:
         before = found.get(open_key)
         if before is not None and item.plain and item.content == "":
             assert isinstance(before.content, str)
-            found[open_key] = _with(before, f"{before.content}, {key}")
+            found[open_key] = before.with_content(f"{before.content}, {key}", plain=before.plain)
         else:
             found[key] = item = with_whole_calls(item)
             open_key = key
         text = found[open_key].content
         if not (isinstance(text, str) and text.count("(") > text.count(")")):
             open_key = ""
-    return _with(node, found)
-
-
-def _with(node: Node, content: "str | list[Node] | dict[str, Node]") -> Node:
-    return Node(content, node.file, node.line, node.error, node.plain)
+    return node.with_content(found)

@@ -125,7 +125,7 @@ class ScenarioReader:
                 node.fail("'profile' is missing")
             name = key or (read_nonempty_text(parts["name"]) if "name" in parts else "")
             profile = self._profiles.get(parts["profile"], name)
-            modes = self._profiles.read_modes(parts.get("modes") or Node([], node.file, node.line, node.error), profile)
+            modes = self._profiles.read_modes(parts.get("modes") or node.with_content([]), profile)
             yield _ReadVehicle(node, profile, modes, profile.vehicle)
 
     def _vehicle_spec(self, vehicle: _ReadVehicle) -> VehicleSpec:
@@ -161,7 +161,7 @@ class ScenarioReader:
     def _check_world(self, vehicles: list[_ReadVehicle]) -> None:
         """Reject what no vehicle has: it would prove nothing."""
         for key, node in self._nodes["world"].mapping().items() if "world" in self._nodes else ():
-            alone = Node({key: node}, node.file, node.line, node.error)
+            alone = node.with_content({key: node})
             if not any(world_settings(alone, EnabledTasks(each.profile, each.modes)) for each in vehicles):
                 node.fail(f"no vehicle has an option for {key}")
 

@@ -16,14 +16,14 @@ def relocate_tree(root: Node, old: Path, new: Path) -> Node:
     if "vehicles" in found:
         many = found["vehicles"]
         content = {name: _vehicle(item, old, new) for name, item in many.mapping().items()}
-        found["vehicles"] = Node(content, many.file, many.line, many.error)
+        found["vehicles"] = many.with_content(content)
     if "world" in found:
         found["world"] = _world(found["world"], old, new)
     if isinstance(found.get("variants"), Node) and isinstance(found["variants"].content, dict):
         many = found["variants"]
         content = {name: relocate_tree(item, old, new) for name, item in many.mapping().items()}
-        found["variants"] = Node(content, many.file, many.line, many.error)
-    return Node(found, root.file, root.line, root.error)
+        found["variants"] = many.with_content(content)
+    return root.with_content(found)
 
 
 def _world(node: Node, old: Path, new: Path) -> Node:
@@ -34,14 +34,14 @@ def _world(node: Node, old: Path, new: Path) -> Node:
     if chart is None or not isinstance(chart.content, str) or not (path := old / chart.content.strip()).exists():
         return node
     content = {**bathymetry.content, "chart": _relative(path, new, chart)}
-    moved = Node(content, bathymetry.file, bathymetry.line, bathymetry.error)
-    return Node({**node.content, "bathymetry": moved}, node.file, node.line, node.error)
+    moved = bathymetry.with_content(content)
+    return node.with_content({**node.content, "bathymetry": moved})
 
 
 def _relative(path: Path, new: Path, item: Node) -> Node:
     """The path from the new folder, in the place of a node."""
     text = Path(os.path.relpath(path.resolve(), new.resolve())).as_posix()
-    return Node(text, item.file, item.line, item.error)
+    return item.with_content(text)
 
 
 def _vehicle(node: Node, old: Path, new: Path) -> Node:
@@ -56,4 +56,4 @@ def _vehicle(node: Node, old: Path, new: Path) -> Node:
         path = old / (text if key == "plan" or text.endswith(".ini") else f"{text}.ini")
         if key == "plan" or path.exists():
             found[key] = _relative(path, new, item)
-    return Node(found, node.file, node.line, node.error)
+    return node.with_content(found)

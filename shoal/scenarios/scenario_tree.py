@@ -108,7 +108,7 @@ class ScenarioDocument:
     @property
     def digest(self) -> str:
         """SHA-256 of all that the scenario is made of: the values of the file, its plans and its profiles."""
-        made = hashlib.sha256(repr(_bare(_without_include(self._root))).encode())
+        made = hashlib.sha256(repr(_without_include(self._root).raw()).encode())
         scenario = self.scenario()
         for spec in scenario.vehicles:
             made.update(repr((spec.name, spec.modes)).encode())
@@ -135,18 +135,7 @@ class ScenarioDocument:
 def _without_include(root: Node) -> Node:
     if not isinstance(root.content, dict) or INCLUDE not in root.content:
         return root
-    return _with(root, {key: item for key, item in root.content.items() if key != INCLUDE})
-
-
-def _bare(node: Node) -> object:
-    """The values of a tree, without their lines."""
-    if isinstance(node.content, dict):
-        return {key: _bare(item) for key, item in node.content.items()}
-    return [_bare(item) for item in node.content] if isinstance(node.content, list) else node.content
-
-
-def _with(node: Node, content: "str | list[Node] | dict[str, Node]") -> Node:
-    return Node(content, node.file, node.line, node.error, node.plain)
+    return root.with_content({key: item for key, item in root.content.items() if key != INCLUDE})
 
 
 def _collect(node: Node, place: KeyPath, found: dict[str, Node]) -> None:
@@ -166,14 +155,14 @@ def _put(node: Node, steps: Sequence[str], value: object) -> Node:
         if not steps[0].isdecimal() or int(steps[0]) >= len(node.content):
             node.fail(f"there is no item {steps[0]!r}: it has {len(node.content)}")
         index = int(steps[0])
-        return _with(node, [_put(n, steps[1:], value) if i == index else n for i, n in enumerate(node.content)])
+        return node.with_content([_put(n, steps[1:], value) if i == index else n for i, n in enumerate(node.content)])
     if not isinstance(node.content, dict):
         node.fail(f"has no {'/'.join(steps)}: it is a value")
     for count in range(len(steps), 0, -1):
         key = "/".join(steps[:count])
         if key in node.content:
-            return _with(node, {**node.content, key: _put(node.content[key], steps[count:], value)})
-    return _with(node, {**node.content, **_new(node, steps, value)})
+            return node.with_content({**node.content, key: _put(node.content[key], steps[count:], value)})
+    return node.with_content({**node.content, **_new(node, steps, value)})
 
 
 def _new(node: Node, steps: Sequence[str], value: object) -> dict[str, Node]:
@@ -181,20 +170,20 @@ def _new(node: Node, steps: Sequence[str], value: object) -> dict[str, Node]:
     if len(steps) == 1:
         return {steps[0]: _node(node, value)}
     if steps[0] != "parameters" and "." in steps[0]:
-        return {"/".join(steps[:-1]): Node({steps[-1]: _node(node, value)}, node.file, node.line, node.error)}
-    return {steps[0]: Node(_new(node, steps[1:], value), node.file, node.line, node.error)}
+        return {"/".join(steps[:-1]): node.with_content({steps[-1]: _node(node, value)})}
+    return {steps[0]: node.with_content(_new(node, steps[1:], value))}
 
 
 def _node(where: Node, value: Any) -> Node:
     """A value as a node at the place of another one."""
     if isinstance(value, Mapping):
         items = cast(Mapping[Any, Any], value)
-        return Node({str(key): _node(where, item) for key, item in items.items()}, where.file, where.line, where.error)
+        return where.with_content({str(key): _node(where, item) for key, item in items.items()})
     if isinstance(value, list | tuple):
-        return Node([_node(where, item) for item in cast(list[Any], value)], where.file, where.line, where.error)
+        return where.with_content([_node(where, item) for item in cast(list[Any], value)])
     if isinstance(value, str):
-        return Node(value, where.file, where.line, where.error)
-    return Node(_scalar(value), where.file, where.line, where.error, plain=True)
+        return where.with_content(value)
+    return where.with_content(_scalar(value), plain=True)
 
 
 def _scalar(value: object) -> str:

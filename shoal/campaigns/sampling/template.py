@@ -76,11 +76,11 @@ def _plain(node: Node, place: tuple[str, ...], found: dict[str, Node]) -> Node:
         value = made.append_unit(made.quantiles([0.5])[0])
         plain = not isinstance(value, str)
         text = str(value).lower() if isinstance(value, bool) else value if isinstance(value, str) else repr(value)
-        return Node(text, node.file, node.line, node.error, plain=plain)
+        return node.with_content(text, plain=plain)
     if isinstance(node.content, dict):
         inside = {key: _plain(item, (*place, key), found) for key, item in node.content.items()}
-        return Node(inside, node.file, node.line, node.error)
+        return node.with_content(inside)
     if isinstance(node.content, list):
         items = [_plain(item, (*place, str(number)), found) for number, item in enumerate(node.content)]
-        return Node(items, node.file, node.line, node.error)
+        return node.with_content(items)
     return node
