@@ -218,11 +218,13 @@ class Task(DeviceTask):
             return found
         return self.vehicle.entities.reserve(label, self.name)
 
+    def is_from(self, message: imc.Message, label: str) -> bool:
+        """Whether a message comes from the entity of a label; an empty label accepts all."""
+        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
+
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         """Call `function` after `seconds`."""
-        timer = self._kernel.after(seconds, function, *args)
-        timer.owner = self
-        return timer
+        return self._owned(self._kernel.after(seconds, function, *args))
 
     def at(self, time: float, function: Callable[..., object], *args: Any) -> Timer:
         """Call `function` at a time (s since 1970 UTC)."""

@@ -145,18 +145,18 @@ class Autopilot(Task):
 
     @consume
     def on_acceleration(self, force: imc.Acceleration) -> None:
-        if self._is_from(force, self.ahrs):
+        if self.is_from(force, self.ahrs):
             self._vertical.receive_force(self.now, force.x, force.y, force.z)
 
     @consume
     def on_pressure(self, pressure: imc.Pressure) -> None:
-        if self._is_from(pressure, self.barometer):
+        if self.is_from(pressure, self.barometer):
             self._vertical.receive_pressure(self.now, pressure.value)
 
     @consume
     def on_voltage(self, voltage: imc.Voltage) -> None:
         powered = not voltage.value <= 0.0
-        if not self._is_from(voltage, self.batteries) or powered == self._dips.powered:
+        if not self.is_from(voltage, self.batteries) or powered == self._dips.powered:
             return
         self._advance()
         self._dips.receive(self.now, powered=powered)
@@ -250,9 +250,6 @@ class Autopilot(Task):
             self.log.error(f"{reason}: descending level")
             self._enter(FlightPhase.BLIND, state)
             self.set_entity_state(State.ERROR, f"{reason}: descending level")
-
-    def _is_from(self, message: imc.Message, label: str) -> bool:
-        return label in ("", self.vehicle.entities.label(message.src, message.src_ent))
 
     def _advance(self) -> None:
         """Advance height and vertical speed by accelerometer and barometer."""

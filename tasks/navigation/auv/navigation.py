@@ -174,22 +174,22 @@ class Navigation(Task):
 
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
-        if self._is_from(angles, self.compass):
+        if self.is_from(angles, self.compass):
             self._inputs.receive_attitude(self.now_without_stalls, angles.phi, angles.theta, angles.psi)
 
     @consume
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
-        if self._is_from(rates, self.compass):
+        if self.is_from(rates, self.compass):
             self._inputs.receive_rates(self.now_without_stalls, rates.x, rates.y, rates.z)
 
     @consume
     def on_depth(self, depth: imc.Depth) -> None:
-        if self._is_from(depth, self.depth_sensor):
+        if self.is_from(depth, self.depth_sensor):
             self._inputs.receive_depth(self.now_without_stalls, depth.value)
 
     @consume
     def on_distance(self, distance: imc.Distance) -> None:
-        if distance.validity == imc.Distance.Validity.VALID and self._is_from(distance, self._sounder):
+        if distance.validity == imc.Distance.Validity.VALID and self.is_from(distance, self._sounder):
             self._inputs.receive_distance(self.now_without_stalls, distance.value)
 
     @consume
@@ -198,14 +198,14 @@ class Navigation(Task):
 
     @consume
     def on_velocity(self, velocity: imc.GroundVelocity | imc.WaterVelocity) -> None:
-        if self._is_from(velocity, self.dvl):
+        if self.is_from(velocity, self.dvl):
             rejection = self._inputs.receive_velocity(self.now_without_stalls, velocity)
             if rejection is not None:
                 self.publish(rejection)
 
     @consume
     def on_activation_state(self, activation: imc.EntityActivationState) -> None:
-        if self.dvl and self._is_from(activation, self.dvl):
+        if self.dvl and self.is_from(activation, self.dvl):
             active = activation.state == imc.EntityActivationState.State.ACTIVE
             self._inputs.receive_dvl_activation(self.now_without_stalls, active)
 
@@ -287,6 +287,3 @@ class Navigation(Task):
             ready = State.NORMAL if self._converged else State.BOOT
             text = self._checks.status(now) if self._converged else "waiting for solution to converge"
             self.set_entity_state(ready, text)
-
-    def _is_from(self, message: imc.Message, label: str) -> bool:
-        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label

@@ -128,10 +128,10 @@ class GPSNavigation(Task):
         lacks_attitude = math.isnan(phi) and math.isnan(theta)  # as a compass of its own does
         if not (has_attitude or lacks_attitude) or not (has_heading or math.isnan(psi)):
             return
-        is_yaw = has_heading and self._is_from(angles, self.yaw)
+        is_yaw = has_heading and self.is_from(angles, self.yaw)
         if is_yaw and self._attitude_noise.update(phi + theta + psi if has_attitude else psi):
             return
-        if has_attitude and self._is_from(angles, self.imu):
+        if has_attitude and self.is_from(angles, self.imu):
             self._attitude.add(self.now, phi, theta)
         if is_yaw:
             self._turns += wrap(psi - self._turns)
@@ -141,13 +141,13 @@ class GPSNavigation(Task):
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
         possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
-        if possible and self._is_from(rates, self.imu):
+        if possible and self.is_from(rates, self.imu):
             self._rates.add(self.now, p, q, r)
 
     @consume
     def on_distance(self, distance: imc.Distance) -> None:
         valid = distance.validity == imc.Distance.Validity.VALID and 0.0 <= distance.value < math.inf
-        if valid and self._is_from(distance, self.altimeter):
+        if valid and self.is_from(distance, self.altimeter):
             self._altitude, self._sounded = distance.value, self.now
 
     @consume
@@ -155,7 +155,7 @@ class GPSNavigation(Task):
         fix = assume_height(fix, self._height)
         if fix.type == imc.GpsFix.Type.MANUAL_INPUT:
             self._manual = fix if has_plausible_position(fix) else self._manual
-        elif self._is_from(fix, self.gps):
+        elif self.is_from(fix, self.gps):
             reason = self._gate.reject_reason(fix)
             if reason is None and not has_plausible_position(fix):
                 reason = Reason.INVALID
@@ -321,6 +321,3 @@ class GPSNavigation(Task):
         if self._check.fault:
             self._held_fault, self._held_until = self._check.fault, self.now + FAULT_HOLD
         return self._held_fault if self.now < self._held_until else ""
-
-    def _is_from(self, message: imc.Message, label: str) -> bool:
-        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label

@@ -103,7 +103,7 @@ class Navigation(Task):
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
-        if not self._is_from(angles, self.ahrs) or not self._range.accepts(self.now, phi, theta, psi):
+        if not self.is_from(angles, self.ahrs) or not self._range.accepts(self.now, phi, theta, psi):
             return
         if self._attitude_noise.update(phi + theta + psi):
             return
@@ -125,7 +125,7 @@ class Navigation(Task):
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
         possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
-        if possible and self._is_from(rates, self.ahrs):
+        if possible and self.is_from(rates, self.ahrs):
             self._rates, self._turned_at = (p, q, r), self.now
 
     @consume
@@ -133,13 +133,13 @@ class Navigation(Task):
         """Average accelerations, from specific forces."""
         x, y, z = force.x, force.y, force.z
         possible = abs(x) <= LARGEST_FORCE and abs(y) <= LARGEST_FORCE and abs(z) <= LARGEST_FORCE
-        if possible and self._angles is not None and self._is_from(force, self.ahrs):
+        if possible and self._angles is not None and self.is_from(force, self.ahrs):
             north, east, down = to_ned(rotation(*self._angles), (x, y, z))
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
     def on_pressure(self, pressure: imc.Pressure) -> None:
-        if self._is_from(pressure, self.barometer):
+        if self.is_from(pressure, self.barometer):
             self._height.barometer.receive(self.now_without_stalls, pressure.value)
 
     @consume
@@ -345,6 +345,3 @@ class Navigation(Task):
             self.set_entity_state(State.ERROR, self._check.fault or self._held_fault)
         else:
             self.set_entity_state(State.NORMAL, "active")
-
-    def _is_from(self, message: imc.Message, label: str) -> bool:
-        return not label or self.vehicle.entities.label(message.src, message.src_ent) == label
