@@ -3,13 +3,18 @@
 Source of the equations: NIMA TR8350.2 (the ellipsoid), Bowring 1976 (Cartesian to geodetic coordinates).
 """
 
-from math import atan2, cos, hypot, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 
 SEMI_MAJOR_AXIS = 6378137.0  # m
 FLATTENING = 1.0 / 298.257223563
 _A, _B = SEMI_MAJOR_AXIS, SEMI_MAJOR_AXIS * (1.0 - FLATTENING)
 _E2 = FLATTENING * (2.0 - FLATTENING)
 _EP2 = _E2 / (1.0 - _E2)
+
+
+def is_on_earth(lat: float, lon: float) -> bool:
+    """Whether numbers are a latitude and a longitude (rad); NaN is none."""
+    return abs(lat) <= 0.5 * pi and abs(lon) <= pi
 
 
 def displace(

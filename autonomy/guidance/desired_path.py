@@ -3,6 +3,7 @@
 import math
 
 import imc
+from support.wgs84 import is_on_earth
 
 Flags = imc.DesiredPath.Flags
 Reached = imc.PathControlState.Flags
@@ -14,7 +15,7 @@ UNKNOWN_ETA = 0xFFFF
 def is_valid_path(path: imc.DesiredPath) -> bool:
     """Whether the numbers of a path are finite and its end is a position on Earth."""
     numbers = path.end_lat, path.end_lon, path.end_z, path.speed, path.lradius, path.start_lat, path.start_lon
-    return all(map(math.isfinite, numbers)) and abs(path.end_lat) <= 0.5 * math.pi and abs(path.end_lon) <= math.pi
+    return all(map(math.isfinite, numbers)) and is_on_earth(path.end_lat, path.end_lon)
 
 
 def length_violation(length: float) -> str:

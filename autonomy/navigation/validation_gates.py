@@ -5,6 +5,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import imc
+from support.wgs84 import is_on_earth
 
 Reason = imc.GpsFixRejection.Reason
 DvlReason = imc.DvlRejection.Reason
@@ -17,8 +18,7 @@ FAULT_HOLD = 10.0  # s, how long an error is shown at least
 
 def has_plausible_position(fix: imc.GpsFix) -> bool:
     """Whether latitude, longitude and height can be those of a vehicle; receivers without a fix report 0, 0."""
-    on_earth = abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)
-    return on_earth and not fix.lat == fix.lon == 0.0
+    return is_on_earth(fix.lat, fix.lon) and math.isfinite(fix.height) and not fix.lat == fix.lon == 0.0
 
 
 def assume_height(fix: imc.GpsFix, height: float) -> imc.GpsFix:

@@ -8,6 +8,7 @@ from typing import Any
 import imc
 from autonomy.plans.estimate import LatLon
 from autonomy.plans.sequence import sequential_plan
+from support.wgs84 import is_on_earth
 
 DEPTH = imc.ZUnits.DEPTH
 RPM = imc.SpeedUnits.RPM
@@ -78,10 +79,10 @@ def plan_from_template(
 
 def _place(params: Mapping[str, str], otherwise: LatLon | None) -> LatLon:
     if "lat" in params or "lon" in params:
-        lat, lon = _number(params, "lat", math.nan), _number(params, "lon", math.nan)
-        if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+        lat, lon = (math.radians(_number(params, name, math.nan)) for name in ("lat", "lon"))
+        if not is_on_earth(lat, lon):
             raise TemplateError("lat and lon are not a position in degrees")
-        return math.radians(lat), math.radians(lon)
+        return lat, lon
     if otherwise is None:
         raise TemplateError("position is unknown")
     return otherwise

@@ -9,6 +9,7 @@ from mavlink.autopilot.boot_clock import BootClock
 from mavlink.autopilot.connection import ESSENTIAL
 from mavlink.autopilot.leg import ReportedPosition
 from mavlink.translate import AutopilotTranslator
+from support.wgs84 import is_on_earth
 
 LARGEST_LAT, LARGEST_LON = 900_000_000, 1_800_000_000  # 1e-7 °
 SILENT_KINDS = (imc.Heartbeat,)  # the daemon has one of its own
@@ -136,5 +137,4 @@ def is_valid_message(message: imc.Message) -> bool:
         value = getattr(message, item.name)
         if isinstance(value, float) and not math.isfinite(value):
             return False
-    lat, lon = getattr(message, "lat", 0.0), getattr(message, "lon", 0.0)
-    return abs(lat) <= 0.5 * math.pi and abs(lon) <= math.pi
+    return is_on_earth(getattr(message, "lat", 0.0), getattr(message, "lon", 0.0))

@@ -12,7 +12,7 @@ from mavlink.missions.conversion_context import ConversionContext, Level, shorte
 from mavlink.missions.enums import MISSION, RELATIVE_INT, MissionCommand
 from mavlink.missions.item import Item, to_float32
 from mavlink.positions import degrees_e7
-from support.wgs84 import displace
+from support.wgs84 import displace, is_on_earth
 
 Chain = Sequence[imc.PlanManeuver]
 OVER_GROUND = 1.0  # kind of speed in DO_CHANGE_SPEED
@@ -55,7 +55,7 @@ class ItemBuilder:
         frame, z = (level and self.context.frame_and_z(level)) or (RELATIVE_INT, 0.0)
         self.level = level or self.level
         lat, lon = at or (0.0, 0.0)
-        if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi):
+        if not is_on_earth(lat, lon):
             self.remarks.append(f"{chain[0].maneuver_id}: has no position, and is not shown")
             return
         one, two, three, four, *_ = map(to_float32, (*numbers, 0.0, 0.0, 0.0, 0.0))

@@ -9,6 +9,7 @@ from autonomy.plans.yaml import PlanFileError
 from support.foreign_json import load_json_of_file
 from support.located_xml import Element, parse_xml_tree
 from support.number_parsing import number_at
+from support.wgs84 import is_on_earth
 
 MOST = 4096  # points
 NEAR_GROUND = "relativeToGround"
@@ -141,7 +142,7 @@ def _only_route(lines: list[Route], points: Route, areas: int, name: str) -> Rou
 
 
 def _point(lat: float, lon: float, altitude: float | None, where: str, *, above_ground: bool = False) -> RoutePoint:
-    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+    if not is_on_earth(math.radians(lat), math.radians(lon)):
         raise PlanFileError(f"latitude {lat:g}°, longitude {lon:g}° is no place on Earth", where)
     if altitude is not None and not math.isfinite(altitude):
         raise PlanFileError(f"altitude {altitude} is not a number", where)

@@ -8,7 +8,7 @@ from imc.coordinates import absolute_position
 from runtime import param
 from support.log_limit import ReportLimit
 from support.planar_geometry import north_and_east
-from support.wgs84 import displace, ground_distance, offset
+from support.wgs84 import displace, ground_distance, is_on_earth, offset
 from tasks.maneuver.maneuver_task import Loops, Maneuver, ManeuverError, PathEnd, PathFlags
 
 JUMP = 50.0  # m between two positions of a system that rests
@@ -100,8 +100,7 @@ class FollowSystem(Maneuver):
 
     def _reject_reason(self, lat: float, lon: float) -> str:
         """Why the system is not at a position, "" if it may be there."""
-        on_earth = abs(lat) <= math.pi / 2 and abs(lon) <= math.pi  # neither is NaN
-        if not on_earth or math.hypot(*self.north_east_from_vehicle(lat, lon)) > self.maximum_distance:
+        if not is_on_earth(lat, lon) or math.hypot(*self.north_east_from_vehicle(lat, lon)) > self.maximum_distance:
             return f"it is beyond {self.maximum_distance:g} m"
         if self._seen is None:
             return ""

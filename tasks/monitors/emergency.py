@@ -11,6 +11,7 @@ from imc.reserved_ids import OPERATORS
 from runtime import State, Task, consume, param, periodic
 from runtime.profile import listed_consoles
 from support.diagnostics import ConfigWarning
+from support.wgs84 import is_on_earth
 
 Mode = imc.VehicleState.OpMode
 Where = imc.VehicleMedium.Medium
@@ -86,8 +87,7 @@ class Emergency(Task):
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
-        is_on_earth = abs(fix.lat) <= math.pi / 2 and abs(fix.lon) <= math.pi  # neither is NaN
-        if fix.validity & imc.GpsFix.Validity.VALID_POS and is_on_earth:
+        if fix.validity & imc.GpsFix.Validity.VALID_POS and is_on_earth(fix.lat, fix.lon):
             self._place = f"{self._clock()} / {_degrees_minutes(fix.lat)}, {_degrees_minutes(fix.lon)}"
 
     @consume

@@ -8,6 +8,7 @@ from typing import Any
 import imc
 from runtime.devices import line_size_function
 from support.text_length import list_first
+from support.wgs84 import is_on_earth
 
 Valid = imc.GpsFix.Validity
 Type = imc.GpsFix.Type
@@ -257,7 +258,7 @@ def _position(found: dict[str, Any], kind: str, sentence: Any) -> None:
     lat, lon = _number(sentence, "lat"), _number(sentence, "lon")
     if not ok or lat is None or lon is None:
         return
-    if abs(lat) > 90.0 or abs(lon) > 180.0:
+    if not is_on_earth(math.radians(lat), math.radians(lon)):
         raise ValueError(f"no place on Earth: {lat:g}, {lon:g}")
     found |= {"lat": math.radians(lat), "lon": math.radians(lon), "type": valid}
     found["validity"] |= Valid.VALID_POS

@@ -37,10 +37,9 @@ class Gaussian(TrueStateSensorTask):
     )
 
     def configure(self) -> None:
-        lat, lon = self.peak_position
-        if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+        lat, lon = self._peak = math.radians(self.peak_position[0]), math.radians(self.peak_position[1])
+        if not wgs84.is_on_earth(lat, lon):
             raise ParameterError("Peak Position", f"{self.peak_position} is not a latitude and a longitude")
-        self._peak = math.radians(lat), math.radians(lon)
         self._kind = message_with_a_value(self.message_name)
 
     def start(self) -> None:

@@ -4,6 +4,7 @@ import math
 
 import imc
 from runtime import State, consume, param, periodic
+from support.wgs84 import is_on_earth
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
 from world.bodies import Airframe, Multirotor
@@ -77,7 +78,7 @@ class UAV(PoweredDeviceTask):
     def set_start_position(self, fix: imc.GpsFix) -> None:
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
-        if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi):
+        if not is_on_earth(fix.lat, fix.lon):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad")
             return
         before = self._origin

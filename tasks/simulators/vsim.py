@@ -8,7 +8,7 @@ from runtime import ParameterError, State, consume, param, periodic
 from support.diagnostics import ConfigWarning
 from support.rotations import Vector
 from support.terminal_text import corrected_spelling, printable, quoted
-from support.wgs84 import offset
+from support.wgs84 import is_on_earth, offset
 from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
@@ -137,7 +137,7 @@ class VSIM(PoweredDeviceTask):
     def set_start_position(self, fix: imc.GpsFix) -> None:
         if fix.type != MANUAL_INPUT or (fix.src != self.system and fix.dst != self.system):
             return
-        if not (abs(fix.lat) <= 0.5 * math.pi and abs(fix.lon) <= math.pi and math.isfinite(fix.height)):
+        if not (is_on_earth(fix.lat, fix.lon) and math.isfinite(fix.height)):
             self.log.warning(f"a manual fix is not a position on Earth: {fix.lat}, {fix.lon} rad, {fix.height} m")
             return
         before = self._origin

@@ -49,3 +49,9 @@ def test_known_place() -> None:
     for lat, length in ((0.0, 1842.9), (math.pi / 2 - minute, 1861.6)):
         north, east, _ = wgs84.displacement(lat, 0.0, 0.0, lat + minute, 0.0, 0.0)
         assert (north, east) == (pytest.approx(length, abs=0.05), pytest.approx(0.0, abs=1e-6))
+
+
+def test_what_is_a_place_on_earth() -> None:
+    assert wgs84.is_on_earth(-0.5 * math.pi, math.radians(180.0))
+    for lat, lon in ((1.6, 0.0), (0.0, 3.2), (math.nan, 0.0), (0.0, math.nan), (0.0, -math.inf)):
+        assert not wgs84.is_on_earth(lat, lon)

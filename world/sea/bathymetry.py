@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from support.wgs84 import is_on_earth
+
 Floats = NDArray[np.floating[Any]]
 T = TypeVar("T")
 
@@ -252,7 +254,7 @@ def read_bathymetry_reference(value: Callable[[str, str], str]) -> tuple[float, 
         lat, lon = map(float, texts)
     except ValueError:
         raise BathymetryError("Latitude (degrees) and Longitude (degrees) are needed") from None
-    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+    if not is_on_earth(math.radians(lat), math.radians(lon)):
         names = "Latitude (degrees) and Longitude (degrees)"
         raise BathymetryError(f"{names}: {lat:g}, {lon:g} is not a latitude and a longitude")
     return math.radians(lat), math.radians(lon)

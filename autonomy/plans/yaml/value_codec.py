@@ -10,6 +10,7 @@ import numpy as np
 import imc
 from support.terminal_text import suggestion
 from support.units import UNITS, symbols_of, unit_suggestion
+from support.wgs84 import is_on_earth
 
 Z_UNITS = {"depth": imc.ZUnits.DEPTH, "altitude": imc.ZUnits.ALTITUDE, "height": imc.ZUnits.HEIGHT}
 SPEED_UNITS = {"m/s": imc.SpeedUnits.METERS_PS, "rpm": imc.SpeedUnits.RPM, "%": imc.SpeedUnits.PERCENTAGE}
@@ -89,7 +90,7 @@ def parse_position(value: object) -> tuple[float, float]:
     if not all(split_quantity(part)[1] in _ANGLES for part in parts):
         raise ValueError(f"{value!r}: write the unit, as in 41.185°, -8.7062°")
     lat, lon = parse_quantity(parts[0], "rad"), parse_quantity(parts[1], "rad")
-    if abs(lat) > 0.5 * math.pi or abs(lon) > math.pi:
+    if not is_on_earth(lat, lon):
         raise ValueError(f"{value!r} is no place on Earth: latitudes end at 90°, longitudes at 180°")
     return lat, lon
 

@@ -13,6 +13,7 @@ from mavlink.vehicle.mission import PlanReply
 from mavlink.vehicle.session import Session
 from support import wgs84
 from support.planar_geometry import north_and_east
+from support.wgs84 import is_on_earth
 
 NO_POSITION, NO_VELOCITY = 0x07, 0x38  # POSITION_TARGET_TYPEMASK
 NO_THROTTLE, NO_ATTITUDE = 0x40, 0x80  # ATTITUDE_TARGET_TYPEMASK
@@ -142,7 +143,7 @@ class OffboardTarget:
         else:
             lat, lon = (math.radians(values[name] * 1e-7) for name in ("lat_int", "lon_int"))
             frame, z = values["coordinate_frame"], values["alt"]
-        if not (abs(lat) <= math.pi / 2 and abs(lon) <= math.pi and math.isfinite(z)):
+        if not (is_on_earth(lat, lon) and math.isfinite(z)):
             raise MissionError(MissionResult.INVALID, "the position is not on earth")
         speed = 0.0
         if not values["type_mask"] & NO_VELOCITY:
