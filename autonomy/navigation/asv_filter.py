@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from autonomy.navigation.horizontal_filter import Row, position_distance_squared, reset_position
+
 NORTH, EAST, U, V, STREAM_NORTH, STREAM_EAST = range(6)
-Row = list[float]
 
 
 class ASVFilter:
@@ -63,18 +64,11 @@ class ASVFilter:
 
     def mahalanobis_squared(self, north: float, east: float, variance: float) -> float:
         """Squared Mahalanobis distance of a position (m) from the estimate."""
-        dn, de = north - self.x[NORTH], east - self.x[EAST]
-        a, b, c = self.p[NORTH][NORTH] + variance, self.p[NORTH][EAST], self.p[EAST][EAST] + variance
-        return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
+        return position_distance_squared(self.p, north - self.x[NORTH], east - self.x[EAST], variance)
 
     def reset_position(self, north: float, east: float, variance: float) -> None:
         """Reset the position (m) and its variance (m²)."""
-        self.x[NORTH], self.x[EAST] = north, east
-        for index in (NORTH, EAST):
-            for row in self.p:
-                row[index] = 0.0
-            self.p[index] = [0.0] * 6
-            self.p[index][index] = variance
+        reset_position(self.x, self.p, north, east, variance)
 
     def ground_velocity(self, psi: float) -> tuple[float, float]:
         """Surge and sway over ground (m/s) at a heading (rad)."""

@@ -5,7 +5,15 @@ from collections.abc import Sequence
 
 import imc
 from autonomy.navigation.fault_detection import GateDecision, JumpGate
-from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, HorizontalFilter, U
+from autonomy.navigation.horizontal_filter import (
+    EAST,
+    NORTH,
+    PSI,
+    HorizontalFilter,
+    U,
+    position_distance_squared,
+    reset_position,
+)
 from support.wgs84 import displacement
 
 ACCURACIES = 10.0, 8.0, 4.0  # m, of the classes of fixes
@@ -41,7 +49,7 @@ class PositionEstimate:
         self._gate = JumpGate(CONTRADICTIONS, AGREEMENT)
         self.jump = 0.0
         state.x[PSI] = psi
-        self._reset(0.0, 0.0, variance)
+        reset_position(state.x, state.p, 0.0, 0.0, variance)
 
     def correct(self, fix: imc.GpsFix, variance: float, arm: tuple[float, float], fastest: float) -> GateDecision:
         """Apply a fix of an antenna that is `arm` north and east (m), and its speed as surge up to `fastest` (m/s).
@@ -50,7 +58,7 @@ class PositionEstimate:
         """
         north, east, dn, de = self._innovation(fix, arm)
         state = self.filter
-        verdict = self._gate.evaluate(self._distance(dn, de, variance) > CONTRADICTION, dn, de)
+        verdict = self._gate.evaluate(position_distance_squared(state.p, dn, de, variance) > CONTRADICTION, dn, de)
         if verdict is GateDecision.REJECTED:
             return verdict
         if verdict is GateDecision.ACCEPTED:
@@ -58,7 +66,7 @@ class PositionEstimate:
             state.update(east - state.x[EAST], variance, (EAST, 1.0))
         else:
             self.jump = math.hypot(dn, de)
-            self._reset(north, east, variance)
+            reset_position(state.x, state.p, north, east, variance)
         if fix.validity & imc.GpsFix.Validity.VALID_SOG and 0.0 <= fix.sog <= fastest:
             state.update(fix.sog - state.x[U], SOG_VARIANCE, (U, 1.0))
         if math.hypot(north, east) > self._farthest:
@@ -70,7 +78,7 @@ class PositionEstimate:
     def agrees(self, fix: imc.GpsFix, variance: float) -> bool:
         """Whether a fix is where the filter is."""
         _, _, dn, de = self._innovation(fix, (0.0, 0.0))
-        return self._distance(dn, de, variance) <= CONTRADICTION
+        return position_distance_squared(self.filter.p, dn, de, variance) <= CONTRADICTION
 
     @property
     def has_rejected_fix(self) -> bool:
@@ -81,18 +89,3 @@ class PositionEstimate:
         north, east, _ = displacement(self.lat, self.lon, self.height, fix.lat, fix.lon, self.height)
         north, east = north - arm[0], east - arm[1]
         return north, east, north - self.filter.x[NORTH], east - self.filter.x[EAST]
-
-    def _distance(self, dn: float, de: float, variance: float) -> float:
-        """Squared Mahalanobis distance of an innovation (m)."""
-        p = self.filter.p
-        a, b, c = p[NORTH][NORTH] + variance, p[NORTH][EAST], p[EAST][EAST] + variance
-        return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
-
-    def _reset(self, north: float, east: float, variance: float) -> None:
-        state = self.filter
-        state.x[NORTH], state.x[EAST] = north, east
-        for index in (NORTH, EAST):
-            for row in state.p:
-                row[index] = 0.0
-            state.p[index] = [0.0] * len(state.p)
-            state.p[index][index] = variance

@@ -9,6 +9,22 @@ STEP = 0.05  # s, the interval of the process noise
 Row = list[float]
 
 
+def position_distance_squared(p: Sequence[Row], dn: float, de: float, variance: float) -> float:
+    """Squared Mahalanobis distance of an innovation of the position (m), at a covariance that begins with it."""
+    a, b, c = p[NORTH][NORTH] + variance, p[NORTH][EAST], p[EAST][EAST] + variance
+    return (c * dn * dn - 2.0 * b * dn * de + a * de * de) / (a * c - b * b)
+
+
+def reset_position(x: Row, p: list[Row], north: float, east: float, variance: float) -> None:
+    """Reset the position (m) and its variance (m²) in a state and a covariance that begin with it."""
+    x[NORTH], x[EAST] = north, east
+    for index in (NORTH, EAST):
+        for row in p:
+            row[index] = 0.0
+        p[index] = [0.0] * len(p)
+        p[index][index] = variance
+
+
 class HorizontalFilter:
     """Estimates north, east (m), heading (rad), its rate (rad/s), surge, sway (m/s), biases and speed per rpm.
 

@@ -6,7 +6,7 @@ from support.wgs84 import displace, displacement
 NOWHERE: tuple[float, float] = (0.0, 0.0)  # rad, of systems without a position
 
 
-def absolute_position(state: EstimatedState) -> tuple[float, float, float]:
+def absolute_position(state: EstimatedState | SimulatedState) -> tuple[float, float, float]:
     """Position of a vehicle (rad, rad, m): its reference position displaced by its offsets."""
     return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
 

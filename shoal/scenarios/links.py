@@ -8,10 +8,11 @@ from functools import cached_property
 from zlib import crc32
 
 import imc
+from imc.coordinates import absolute_position
 from runtime.kernel import SECOND
 from runtime.vehicle import FleetError, Vehicle
 from shoal.scenarios.run_context import RunContext
-from support.wgs84 import displace, displacement
+from support.wgs84 import displacement
 
 QUEUE = 16  # messages
 COUNTS = ("sent", "received", "lost", "out of range", "cut", "dropped")
@@ -81,7 +82,7 @@ class LinkChannel:
             return math.inf
         if (here.lat, here.lon, here.height) == (there.lat, there.lon, there.height):
             return math.dist((here.x, here.y, here.z), (there.x, there.y, there.z))
-        return math.hypot(*displacement(*_place(here), *_place(there)))
+        return math.hypot(*displacement(*absolute_position(here), *absolute_position(there)))
 
     def random_numbers(self, sender: str, receiver: str) -> Callable[[], float]:
         """Random numbers from 0 to 1 of one direction, which depend on nothing else in the run."""
@@ -205,7 +206,3 @@ class _Path:
             message = bus.decode(packet)
         self._latest = max(self._latest, kernel.now_ns + round(delay * SECOND))
         kernel.at(self._latest, receiver.receive, message, packet).owner = bus
-
-
-def _place(state: imc.SimulatedState) -> tuple[float, float, float]:
-    return displace(state.lat, state.lon, state.height, state.x, state.y, state.z)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from world.optics import CameraModel, Floats
 from world.rendering.camera_pose import CameraPose
 from world.rendering.objects.glider import Glider
+from world.rendering.seabed import rotate
 
 ViewAndGliders = tuple[CameraPose, Mapping[int, Glider]]
 
@@ -29,7 +30,7 @@ def compute_flow(
     `level` is known by the height of both cameras above it, what is not by their depths.
     """
     (sight, gliders), (after, moved) = now, then
-    toward = _turned(sight.rotation, rays)
+    toward = rotate(sight.rotation, rays)
     shown = _still_points(toward, distance, sight, after, level=level)
     for number in np.unique(instances[instances > 0]).tolist():
         own = instances == number
@@ -38,7 +39,7 @@ def compute_flow(
             shown[:, own] = _carried(points, gliders[number], moved[number], sight, after)
         else:
             shown[:, own] = np.nan
-    pixels, _ = optics.project(_turned(after.rotation.T, shown).T)
+    pixels, _ = optics.project(rotate(after.rotation.T, shown).T)
     j, i = np.divmod(np.arange(instances.size), np.intp(optics.width))
     return (pixels - np.stack((i + 0.5, j + 0.5), axis=-1)).astype(np.float32)
 
@@ -63,9 +64,3 @@ def _carried(points: Floats, glider: Glider, moved: Glider, sight: CameraPose, a
     turn = moved.heading - glider.heading
     c, s = math.cos(turn), math.sin(turn)
     return np.stack((c * north - s * east, s * north + c * east, down)) + after.vector_to_glider(moved)[:, np.newaxis]
-
-
-def _turned(turn: Floats, vectors: Floats) -> Floats:
-    """By hand: what a library sums may depend on how many threads it has."""
-    x, y, z = vectors
-    return np.stack([a * x + b * y + c * z for a, b, c in turn.tolist()])

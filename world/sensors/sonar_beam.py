@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from support.rotations import Vector, rotation, to_ned
+from support.vectors import dot
 
 STEPS = 10
 LEAST_LEVEL = 0.3  # m sideways per m, at least, for which steep beams count
@@ -113,12 +114,12 @@ class SonarBeam:
         axis = math.cos(heading), math.sin(heading), 0.0
         (n, e, d), (dn, de, dd) = self.start, self.direction
         from_middle = n - middle[0], e - middle[1], d - middle[2]
-        along, ahead = _dot(axis, from_middle), _dot(axis, self.direction)
+        along, ahead = dot(axis, from_middle), dot(axis, self.direction)
         nearest = math.inf
         across = 1.0 - ahead * ahead
         if across > 1e-12:  # the side: where the part of the way that is square to the axis comes within the radius
-            b = _dot(from_middle, self.direction) - along * ahead
-            span = _span(across, b, _dot(from_middle, from_middle) - along * along - radius * radius)
+            b = dot(from_middle, self.direction) - along * ahead
+            span = _span(across, b, dot(from_middle, from_middle) - along * along - radius * radius)
             for distance in span:
                 if abs(along + distance * ahead) <= half:
                     nearest = min(nearest, distance)
@@ -126,16 +127,12 @@ class SonarBeam:
             n, e, d = (off - end * part for off, part in zip(from_middle, axis, strict=True))
             span = _span(1.0, n * dn + e * de + d * dd, n * n + e * e + d * d - radius * radius)
             nearest = min((nearest, *span))
-        inside = max(abs(along) - half, 0.0) ** 2 + _dot(from_middle, from_middle) - along * along <= radius * radius
+        inside = max(abs(along) - half, 0.0) ** 2 + dot(from_middle, from_middle) - along * along <= radius * radius
         return 0.0 if inside else nearest
 
     def _above(self, depth: Callable[[float, float], float], distance: float) -> float:
         (north, east, down), (dn, de, dd) = self.start, self.direction
         return depth(north + distance * dn, east + distance * de) - (down + distance * dd)
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _span(a: float, b: float, c: float) -> tuple[float, ...]:

@@ -22,10 +22,11 @@ from autonomy.guidance import (
     loiters_here,
     path_control_state,
 )
+from imc.coordinates import absolute_position
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import wrap
-from support.wgs84 import displace, offset
+from support.wgs84 import offset
 
 Flags = imc.DesiredPath.Flags
 Loops = imc.CLoopsMask
@@ -307,5 +308,4 @@ class PathFollowerTask(Task):
 
 
 def _position(state: imc.EstimatedState) -> Point:
-    lat, lon, _ = displace(state.lat, state.lon, state.height, state.x, state.y, state.z)
-    return lat, lon
+    return absolute_position(state)[:2]
