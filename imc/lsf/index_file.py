@@ -20,6 +20,7 @@ from imc.lsf.parallel_gunzip import ParallelMap
 from imc.lsf.scanner import Batch, scan
 from imc.stream import Loss
 from support.atomic_files import replace_file
+from support.user_folders import cache_folder
 
 SUFFIX = ".index"
 MAGIC = b"SHOALIX2"
@@ -128,16 +129,10 @@ def path_beside(log: Path) -> Path:
     return log.with_name(log.name + SUFFIX)
 
 
-def _cache() -> Path:
-    """Raises RuntimeError if the user has no home."""
-    folder = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(folder) if os.path.isabs(folder) else Path.home() / ".cache") / "shoal" / "logs"
-
-
 def path_in_cache(log: Path) -> list[Path]:
     """Path of the index of a log in the user's cache; empty if the user has no home."""
     try:
-        cache = _cache()
+        cache = cache_folder() / "logs"
     except RuntimeError:
         return []
     name = hashlib.blake2b(os.fsencode(log.resolve()), digest_size=16).hexdigest()
@@ -146,7 +141,7 @@ def path_in_cache(log: Path) -> list[Path]:
 
 def _key() -> bytes:
     """The user's secret, which signs indices, so that only the user's own are used. Raises OSError, RuntimeError."""
-    path = _cache() / "key"
+    path = cache_folder() / "logs" / "key"
     if path.is_file() and len(found := path.read_bytes()) == KEY_SIZE:
         return found
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)

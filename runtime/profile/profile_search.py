@@ -19,7 +19,8 @@ def user_etc() -> Path:
     """The user's profiles: SHOAL_ETC, else shoal/etc in the XDG configuration folder."""
     if named := os.environ.get("SHOAL_ETC"):
         return Path(named)
-    return Path(os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config"), "shoal/etc")
+    folder = os.environ.get("XDG_CONFIG_HOME", "")  # a relative one counts as none
+    return Path(folder if os.path.isabs(folder) else os.path.expanduser("~/.config"), "shoal/etc")
 
 
 def resolve_root_copy(path: Path) -> Path:

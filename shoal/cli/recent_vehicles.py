@@ -1,15 +1,15 @@
 """The names of vehicles that commands have found, for the completion of the shell: to look for them takes too long."""
 
-import os
 import time
 from collections.abc import Iterable
 from contextlib import suppress
-from pathlib import Path
 
 from support.atomic_files import write_file
+from support.user_folders import cache_folder
 
 KEPT = 7 * 86400.0  # s
 MOST = 200
+FILE = "vehicles.txt"
 LARGEST = 1 << 16  # bytes
 
 
@@ -27,17 +27,12 @@ def remember_vehicles(names: Iterable[str]) -> None:
     merged = {**known, **{name: seen for name, seen in _read().items() if name not in known}}
     lines = [f"{seen:.0f} {name}\n" for name, seen in list(merged.items())[:MOST]]
     with suppress(OSError, RuntimeError):  # no home
-        write_file(_path(), "".join(lines).encode())
-
-
-def _path() -> Path:
-    root = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(root) if os.path.isabs(root) else Path.home() / ".cache") / "shoal" / "vehicles.txt"
+        write_file(cache_folder() / FILE, "".join(lines).encode())
 
 
 def _read() -> dict[str, float]:
     try:
-        with _path().open("rb") as file:
+        with (cache_folder() / FILE).open("rb") as file:
             lines = file.read(LARGEST).decode(errors="replace").splitlines()
     except (OSError, RuntimeError):  # no home
         return {}

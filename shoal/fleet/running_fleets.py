@@ -10,6 +10,8 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import IO
 
+from support.user_folders import cache_folder
+
 PATIENCE = 30.0  # s for a fleet to end
 
 
@@ -18,14 +20,16 @@ def registry_folder() -> Path:
 
     In the folder for temporary files anybody may have made one of that name before: it counts only without a home.
     """
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    for place in (Path(home, "shoal", "fleets"), Path(tempfile.gettempdir(), f"shoal-{os.getuid()}")):
+    places = [Path(tempfile.gettempdir(), f"shoal-{os.getuid()}")]
+    with contextlib.suppress(RuntimeError):  # no home
+        places.insert(0, cache_folder() / "fleets")
+    for place in places:
         with contextlib.suppress(OSError):
             place.mkdir(mode=0o700, parents=True, exist_ok=True)
             status = place.lstat()
             if stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o022:
                 return place
-    raise PermissionError(f"{place} belongs to somebody else")
+    raise PermissionError(f"{places[-1]} belongs to somebody else")
 
 
 @contextlib.contextmanager
