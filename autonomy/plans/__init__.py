@@ -11,6 +11,7 @@ from autonomy.plans.duration_energy_forecast import (
 from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver, waypoints
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations, is_airborne
+from autonomy.plans.plan_estimate import PlanEstimate, format_percent
 from autonomy.plans.preflight import Preflight, PreflightOptionError
 from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan, sequential_transitions
 from autonomy.plans.templates import TEMPLATES, TemplateDefaults, TemplateError, plan_from_template
@@ -25,6 +26,7 @@ __all__ = [
     "ManeuverEstimate",
     "PlanBounds",
     "PlanError",
+    "PlanEstimate",
     "PlanForecast",
     "PlanGraph",
     "PlanNode",
@@ -39,6 +41,7 @@ __all__ = [
     "flight_violations",
     "forecast_plan",
     "forecast_totals",
+    "format_percent",
     "format_tuple_list",
     "is_airborne",
     "main_sequence",

@@ -4,7 +4,8 @@ from typing import Any
 
 import click
 
-from shoal.cli.remote_command import complete_vehicle, json_option, network_options
+from shoal.cli.json_output import json_option
+from shoal.cli.remote_command import complete_vehicle, network_options
 from shoal.cli.vehicle_selection import Say, parse_selection, print_results, run_on_selection
 from shoal.network import AsyncRemoteVehicle
 from support.terminal_text import printable

@@ -13,7 +13,8 @@ from rich.text import Text
 
 from runtime.zenoh import key_chunk
 from shoal.cli.console_tables import plain_table
-from shoal.cli.options import add_user_task_folders, check_log_folder, parse_duration_option
+from shoal.cli.options import add_user_task_folders, check_log_folder
+from shoal.cli.time_texts import parse_duration_option
 from shoal.cli.vehicle_subprocesses import shoal_command
 from shoal.fleet import (
     FleetConfig,

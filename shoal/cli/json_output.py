@@ -3,13 +3,14 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from runtime.logs import LogSummary, PacketCount
-from runtime.task import Parameter
-from support.diagnostics import Problem
+if TYPE_CHECKING:
+    from runtime.logs import LogSummary, PacketCount
+    from runtime.task import Parameter
+    from support.diagnostics import Problem
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 
@@ -19,12 +20,17 @@ def print_json(value: object) -> None:
     click.echo(json_text(value))
 
 
+def print_json_line(value: object) -> None:
+    """Print as JSON on one line, as `print_json` does."""
+    click.echo(json.dumps(_plain(value), ensure_ascii=True))
+
+
 def json_text(value: object) -> str:
     """Text that print_json prints."""
     return json.dumps(_plain(value), indent=1, ensure_ascii=True)
 
 
-def summary_to_dict(summary: LogSummary) -> dict[str, object]:
+def summary_to_dict(summary: "LogSummary") -> dict[str, object]:
     """A log summed up; times are s since 1970 UTC, rates Hz, sizes bytes."""
     names = summary.names
     return {
@@ -53,7 +59,7 @@ def summary_to_dict(summary: LogSummary) -> dict[str, object]:
     }
 
 
-def problem_to_dict(problem: Problem) -> dict[str, object]:
+def problem_to_dict(problem: "Problem") -> dict[str, object]:
     """A problem of a profile; the line is null if it has none."""
     return {
         "severity": problem.severity,
@@ -64,7 +70,7 @@ def problem_to_dict(problem: Problem) -> dict[str, object]:
     }
 
 
-def parameter_to_dict(parameter: Parameter) -> dict[str, object]:
+def parameter_to_dict(parameter: "Parameter") -> dict[str, object]:
     """A parameter of a task; the default is the text that an ini file would have."""
     return {
         "name": parameter.name,
@@ -77,7 +83,7 @@ def parameter_to_dict(parameter: Parameter) -> dict[str, object]:
     }
 
 
-def _count(tally: PacketCount) -> dict[str, object]:
+def _count(tally: "PacketCount") -> dict[str, object]:
     return {"count": tally.count, "rate": tally.rate, "size": tally.size}
 
 

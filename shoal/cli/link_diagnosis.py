@@ -9,15 +9,10 @@ import click
 import imc
 from shoal.cli.console_tables import open_console
 from shoal.cli.findings import print_findings
+from shoal.cli.json_output import json_option, print_json_line
 from shoal.cli.messages_option import messages_option
-from shoal.cli.remote_command import (
-    complete_vehicle,
-    json_option,
-    network_options,
-    parse_duration_option,
-    print_json_line,
-    run_on_network,
-)
+from shoal.cli.remote_command import complete_vehicle, network_options, run_on_network
+from shoal.cli.time_texts import parse_duration_option
 from shoal.network import Contact, Diagnosis, Network, diagnose
 from support.terminal_text import printable
 

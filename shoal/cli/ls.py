@@ -12,15 +12,9 @@ from rich.table import Table
 
 import imc
 from imc.discovery import displayable_name
-from shoal.cli.remote_command import (
-    exit_with_reason,
-    format_clock_time,
-    json_option,
-    network_options,
-    parse_duration_option,
-    print_json_line,
-    run_on_network,
-)
+from shoal.cli.json_output import json_option, print_json_line
+from shoal.cli.remote_command import exit_with_reason, network_options, run_on_network
+from shoal.cli.time_texts import format_clock_time, parse_duration_option
 from shoal.network import NEAR, Network, NetworkSystem
 from support.positions import format_position
 from support.terminal_text import printable
@@ -172,7 +166,7 @@ def system_to_dict(system: NetworkSystem) -> dict[str, object]:
     """State of a vehicle; angles in rad, depth in m, battery in %, age in s."""
     vehicle, state = system.latest_message(imc.VehicleState), system.latest_message(imc.EstimatedState)
     plan, fuel = system.latest_message(imc.PlanControlState), system.latest_message(imc.FuelLevel)
-    lat, lon = absolute_position(state) if state is not None else (math.nan, math.nan)
+    lat, lon = imc.coordinates.absolute_position(state)[:2] if state is not None else (math.nan, math.nan)
     return {
         "name": system.name,
         "id": system.id,
@@ -191,11 +185,6 @@ def system_to_dict(system: NetworkSystem) -> dict[str, object]:
         "other_ids": sorted(system.others),
         "clash": system.conflict_text or None,
     }
-
-
-def absolute_position(state: imc.EstimatedState) -> tuple[float, float]:
-    """Latitude and longitude (rad)."""
-    return imc.coordinates.absolute_position(state)[:2]
 
 
 def format_state(system: NetworkSystem) -> str:
@@ -232,7 +221,7 @@ def _table(systems: list[NetworkSystem]) -> Table:
             displayable_name(system.name) + ("!" if system.conflict_text else ""),
             "" if system.id is None else f"0x{system.id:04X}",
             format_state(system) + progress,
-            "" if state is None else format_position(*absolute_position(state)),
+            "" if state is None else format_position(*imc.coordinates.absolute_position(state)[:2]),
             "" if state is None else f"{state.depth:.1f} m",
             "" if fuel is None else f"{fuel.value:.0f} %",
             printable(",".join(system.errors)) if has_told_states(system) else "?",

@@ -1,6 +1,5 @@
 """`shoal mission`: flies a plan on a virtual clock and reports the result."""
 
-import json
 import math
 import shlex
 import sys
@@ -14,9 +13,11 @@ from rich.console import Console
 from rich.table import Table
 
 import imc
+from autonomy.plans import PlanEstimate, format_percent
 from runtime.profile import Profile
 from runtime.vehicle import check_profile, find_task
 from shoal.cli.completion import complete_profile
+from shoal.cli.json_output import print_json
 from shoal.cli.options import (
     add_user_task_folders,
     check_vehicle_log_folder,
@@ -24,12 +25,12 @@ from shoal.cli.options import (
     config_dir_option,
     log_dir_option,
     overrides_option,
-    parse_period,
     virtual_clock_option,
 )
 from shoal.cli.progress_bar import ProgressBar
 from shoal.cli.run import report_lost_logs, report_missing_snapshots, report_profile_warnings
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
+from shoal.cli.time_texts import parse_period
 from shoal.missions import (
     ManeuverReport,
     Mission,
@@ -129,7 +130,7 @@ def mission(
     if flight.unsaved:
         report_missing_snapshots(flight.unsaved)
     if as_json:
-        click.echo(json.dumps(_plain(report), indent=1))
+        print_json(_report_to_dict(report))
     else:
         if not report.legs:
             report.reason = locate_reason(plan, report.reason)
@@ -151,40 +152,30 @@ class _ProgressDisplay:
             self.bar.show(max(0.0, state.plan_progress), f"{self._title} {state.man_id}")
 
 
-def _plain(report: Report) -> dict[str, object]:
+def _report_to_dict(report: Report) -> dict[str, object]:
     summary: dict[str, object] = {
         "outcome": report.outcome,
         "reason": report.reason,
         "seconds": report.seconds,
         "distance": report.distance,
-        "cross_track": _known(report.cross_track),
-        "depth_error": _known(report.depth_error),
+        "cross_track": report.cross_track,
+        "depth_error": report.depth_error,
         "deepest": report.deepest,
     }
     summary |= {
-        "estimated_seconds": _known(report.estimated_seconds),
-        "estimated_energy": _known(report.estimated_energy),
-        "battery_before": _known(report.battery_before),
-        "battery_after": _known(report.battery_after),
+        "estimated_seconds": report.estimated_seconds,
+        "estimated_energy": report.estimated_energy,
+        "battery_before": report.battery_before,
+        "battery_after": report.battery_after,
         "log": None if report.log is None else str(report.log),
     }
-    legs = [{key: _known(value) for key, value in asdict(leg).items()} for leg in report.legs]
-    return {**summary, "legs": legs}
-
-
-def _known(value: object) -> object:
-    return None if isinstance(value, float) and math.isnan(value) else value
+    return {**summary, "legs": [asdict(leg) for leg in report.legs]}
 
 
 def _print_estimate(report: Report) -> None:
     """Print, before the flight, what the plan takes."""
-    time_needed = "unknown" if math.isnan(report.estimated_seconds) else f"{report.estimated_seconds:.0f} s"
-    words = f"estimated time {time_needed}, energy {_percent(report.estimated_energy)}"
-    click.echo(f"{words} of the battery, which has {_percent(report.battery_before)}", err=True)
-
-
-def _percent(value: float) -> str:
-    return "unknown" if math.isnan(value) else f"{value:.1f} %"
+    estimate = PlanEstimate(report.estimated_seconds, report.estimated_energy, report.battery_before)
+    click.echo(estimate.describe(), err=True)
 
 
 def _print(title: str, report: Report) -> None:
@@ -193,7 +184,8 @@ def _print(title: str, report: Report) -> None:
     if report.legs:
         _print_legs(console, report)
         used = report.battery_before - report.battery_after
-        console.print(f"energy: {_percent(used)} of the battery used, estimated {_percent(report.estimated_energy)}")
+        estimate = format_percent(report.estimated_energy)
+        console.print(f"energy: {format_percent(used)} of the battery used, estimated {estimate}")
     if report.log is not None:
         console.print(f"log: {report.log}, drawn by: shoal log report {shlex.quote(str(report.log))}", markup=False)
 

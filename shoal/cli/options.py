@@ -8,12 +8,10 @@ from pathlib import Path
 import click
 
 from runtime.vehicle import Vehicle
-from support.durations import parse_duration
 from support.terminal_text import printable
 from tasks.transports.logging import Logging
 
 LOG_FILES = ("data.lsf", "config.ini", "imc.xml.gz", "run.json", "state-")  # how their names begin
-SHORTEST = 0.01  # s; the shortest period of a repeated action
 
 
 def _require_virtual(context: click.Context, _: click.Parameter, clock: str | None) -> None:
@@ -113,22 +111,6 @@ def parse_values(texts: Iterable[str]) -> dict[str, object]:
         except ValueError as error:
             raise click.BadParameter(printable(f"{text!r}: {error}"), param_hint="--set") from None
     return values
-
-
-def parse_period(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
-    """Click callback: seconds of a duration of at least `SHORTEST`."""
-    period = parse_duration_option(context, parameter, text)
-    if period is not None and period < SHORTEST:
-        raise click.BadParameter(f"{text!r} is too short; use at least {SHORTEST:g} s")
-    return period
-
-
-def parse_duration_option(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
-    """Click callback: seconds of a duration."""
-    try:
-        return None if text is None else parse_duration(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
 
 
 def require_text(_: click.Context, __: click.Parameter, text: str | None) -> str:

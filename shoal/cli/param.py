@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
+from shoal.cli.json_output import json_option
 from shoal.cli.parameter_files import describe, dump, load
-from shoal.cli.remote_command import complete_parameter, json_option, network_options
+from shoal.cli.remote_command import complete_parameter, network_options
 from shoal.cli.vehicle_selection import Say, VehicleSelection, print_results, run_on_selection, vehicles_argument
 from shoal.network import AsyncRemoteVehicle, PartialAnswer, check_parameter_name
 from support.terminal_text import printable

@@ -12,12 +12,8 @@ from typing import Any
 import click
 
 import imc
-from shoal.cli.remote_command import (
-    INTERRUPTED,
-    complete_plan,
-    json_option,
-    network_options,
-)
+from shoal.cli.json_output import json_option
+from shoal.cli.remote_command import INTERRUPTED, complete_plan, network_options
 from shoal.cli.vehicle_selection import (
     Say,
     VehicleSelection,
@@ -172,7 +168,7 @@ def _convert(path: Path, there: AsyncRemoteVehicle) -> imc.PlanSpecification:
 def _to_json(action: str, found: Any) -> object:
     if isinstance(found, PlanOutcome):
         outcome = {"plan": found.plan, "completed": found.completed, "reason": found.reason, "seconds": found.seconds}
-        return {**outcome, **_estimate_to_dict(found.estimate), "energy_used": _finite(found.energy_used)}
+        return {**outcome, **_estimate_to_dict(found.estimate), "energy_used": found.energy_used}
     if isinstance(found, PlanEstimate):
         return {"done": True, **_estimate_to_dict(found), "rejected": found.rejected or None}
     if isinstance(found, imc.PlanControlState):
@@ -184,15 +180,10 @@ def _to_json(action: str, found: Any) -> object:
 
 def _estimate_to_dict(estimate: PlanEstimate) -> dict[str, float | None]:
     return {
-        "estimated_seconds": _finite(estimate.seconds),
-        "estimated_energy": _finite(estimate.energy),
-        "battery": _finite(estimate.battery),
+        "estimated_seconds": estimate.seconds,
+        "estimated_energy": estimate.energy,
+        "battery": estimate.battery,
     }
-
-
-def _finite(value: float) -> float | None:
-    """A number for JSON, None if it is unknown."""
-    return value if math.isfinite(value) else None
 
 
 def _show(action: str, name: str, found: Any, output: Path | None, as_json: bool, say: Say) -> None:

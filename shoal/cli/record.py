@@ -17,17 +17,11 @@ import imc
 from imc.lsf import find_log
 from runtime.logs import summarize
 from shoal.cli.completion import complete_message, find_message_type
+from shoal.cli.json_output import json_option, print_json_line
 from shoal.cli.messages_option import messages_option
 from shoal.cli.optional_extra import require_extra
-from shoal.cli.remote_command import (
-    complete_vehicle,
-    format_clock_time,
-    json_option,
-    network_options,
-    parse_duration_option,
-    print_json_line,
-    run_on_network,
-)
+from shoal.cli.remote_command import complete_vehicle, network_options, run_on_network
+from shoal.cli.time_texts import format_clock_time, parse_duration_option
 from shoal.cli.vehicle_selection import VehicleSelection, no_match_text, parse_selection
 from shoal.logs.inspect import format_noun_count, format_size
 from shoal.network import SILENCE, Network, NetworkError, NetworkRecorder, NetworkSystem, RecordingEnd

@@ -4,10 +4,7 @@ import asyncio
 import contextlib
 import functools
 import io
-import json
-import math
 from collections.abc import Callable, Coroutine, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar, cast
 
@@ -18,7 +15,6 @@ import imc
 from shoal.cli.completion import completion_items
 from shoal.cli.recent_vehicles import recent_vehicles, remember_vehicles
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, connect, make_network
-from support.durations import parse_duration
 from support.terminal_text import printable
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -26,8 +22,6 @@ T = TypeVar("T")
 LOOK = 0.6  # s to look for vehicles for a completion
 INTERRUPTED = 130  # exit status after Ctrl-C
 PATIENCE = 1.5  # s to look for one vehicle, for what it completes
-
-json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 
 
 def network_options(function: F) -> F:
@@ -50,14 +44,6 @@ def network_options(function: F) -> F:
         return function(*args, connection={"endpoints": endpoints, "zenoh_config": zenoh_config}, **kwargs)
 
     return cast(F, inner)
-
-
-def parse_duration_option(_: click.Context, __: click.Parameter, text: str | None) -> float | None:
-    """Click callback: seconds of a duration."""
-    try:
-        return None if text is None else parse_duration(text)
-    except ValueError as error:
-        raise click.BadParameter(str(error)) from None
 
 
 def exit_with_reason(reason: object) -> NoReturn:
@@ -105,30 +91,6 @@ def _finish(task: Coroutine[Any, Any, T]) -> T:
         raise click.UsageError(printable(str(error))) from None
     except KeyboardInterrupt:
         raise click.exceptions.Exit(INTERRUPTED) from None
-
-
-def format_clock_time(timestamp: float) -> str:
-    """A time stamp (s since 1970) as the time of the day in UTC."""
-    try:
-        return datetime.fromtimestamp(timestamp, UTC).strftime("%H:%M:%S.%f")[:-3]
-    except (OverflowError, ValueError, OSError):
-        return "--:--:--.---"
-
-
-def print_json_line(value: object) -> None:
-    """Print as JSON on one line."""
-    click.echo(json.dumps(nan_to_null(value), ensure_ascii=True))
-
-
-def nan_to_null(value: Any) -> Any:
-    """The same with null for numbers that JSON does not have."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {str(key): nan_to_null(item) for key, item in cast(dict[object, object], value).items()}
-    if isinstance(value, (list, tuple)):
-        return [nan_to_null(item) for item in cast(list[object], value)]
-    return value
 
 
 def complete_vehicle(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:

@@ -23,13 +23,12 @@ from shoal.cli.options import (
     log_dir_option,
     modes_option,
     overrides_option,
-    parse_duration_option,
-    parse_period,
     require_text,
 )
 from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_without_library
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
+from shoal.cli.time_texts import parse_duration_option, parse_period
 from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, stop_with_parent, supervise
 from shoal.fleet import Supervisor
 from shoal.missions import motion_problem, motion_warning

@@ -12,14 +12,11 @@ import click
 import imc
 from shoal.cli.completion import complete_field, complete_message, find_message_type
 from shoal.cli.field_values import parse_value
+from shoal.cli.json_output import json_option, print_json_line
 from shoal.cli.messages_option import messages_option
-from shoal.cli.remote_command import (
-    json_option,
-    network_options,
-    parse_duration_option,
-    print_json_line,
-)
+from shoal.cli.remote_command import network_options
 from shoal.cli.spy import format_message
+from shoal.cli.time_texts import parse_duration_option
 from shoal.cli.vehicle_selection import VehicleSelection, prefixed, print_error, run_on_selection, vehicles_argument
 from shoal.network import AsyncRemoteVehicle, MessageListener
 from support.terminal_text import printable, suggestion

@@ -17,16 +17,11 @@ from rich.table import Table
 import imc
 from shoal.cli.completion import complete_fields, complete_message, find_message_type
 from shoal.cli.field_values import format_fields
+from shoal.cli.json_output import json_option, print_json_line
 from shoal.cli.log.selection_options import split_names
 from shoal.cli.messages_option import messages_option
-from shoal.cli.remote_command import (
-    complete_entity,
-    format_clock_time,
-    json_option,
-    network_options,
-    parse_duration_option,
-    print_json_line,
-)
+from shoal.cli.remote_command import complete_entity, network_options
+from shoal.cli.time_texts import format_clock_time, parse_duration_option
 from shoal.cli.unlisted_messages import unlisted_messages_text
 from shoal.cli.vehicle_selection import (
     Say,

@@ -6,7 +6,6 @@ import shlex
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 
 from rich.console import Console
 from rich.live import Live
@@ -18,6 +17,7 @@ import imc
 from runtime.logs import resolve_log_folder
 from runtime.task import Entity, State
 from runtime.vehicle import Vehicle
+from shoal.cli.time_texts import format_clock_time
 from support.positions import format_position
 from support.terminal_text import printable
 
@@ -108,7 +108,7 @@ class StatusDisplay:
                 if self.vehicle.realtime_lag is not None and str(self.vehicle.realtime_lag)
                 else []
             )
-            self._print(Text(f"{_clock(self.now)} STATUS  {', '.join(words)}"))
+            self._print(Text(f"{format_clock_time(self.now)} STATUS  {', '.join(words)}"))
         elif self._live is not None and time.monotonic() - self._counted[1] >= REFRESH:
             self._refresh()
         step = REFRESH * min(self.vehicle.kernel.clock.speed, 40.0)
@@ -131,9 +131,8 @@ class StatusDisplay:
         table.add_column()
         passed = self.now - self._began[1]
         span = f"{passed:.1f} s" + (f" of {self.duration:g} s" if self.duration is not None else "")
-        table.add_row(
-            "time", f"{_clock(self.now)}   {span}   {self._speed:.3g} x real time   {self.vehicle.realtime_lag or ''}"
-        )
+        speed = f"{self._speed:.3g} x real time   {self.vehicle.realtime_lag or ''}"
+        table.add_row("time", f"{format_clock_time(self.now)}   {span}   {speed}")
         table.add_row("vehicle", self._position())
         if self.mode:
             table.add_row("mode", Text("   ".join(filter(None, [self.mode, printable(self.plan)]))))
@@ -201,7 +200,7 @@ class StatusDisplay:
             return
         self.folder = str(folder)
         if self._live is None:
-            self._print(Text(printable(f"{_clock(control.timestamp)} LOG     {self.folder}")))
+            self._print(Text(printable(f"{format_clock_time(control.timestamp)} LOG     {self.folder}")))
 
     def _on_vehicle_state(self, state: imc.VehicleState) -> None:
         if state.src == self.vehicle.system:
@@ -221,7 +220,7 @@ class StatusDisplay:
                 return
         level, style = LEVELS.get(entry.type, ("INFO", ""))
         source = "" if entry.src == self.vehicle.system else f"{self.vehicle.systems.name(entry.src)} "
-        line = printable(f"{_clock(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")
+        line = printable(f"{format_clock_time(entry.timestamp)} {level:<7} [{source}{entry.context}] {entry.text}")
         self._print(Text(line, style=style))
 
     def _print(self, line: Text) -> None:
@@ -240,10 +239,3 @@ class StatusDisplay:
 
 def _trouble_line(entity: Entity) -> str:
     return printable(f"{entity.label}: {entity.state.name} {entity.description}")
-
-
-def _clock(seconds: float) -> str:
-    try:
-        return datetime.fromtimestamp(seconds, UTC).strftime("%H:%M:%S.%f")[:-3]
-    except (OverflowError, ValueError, OSError):
-        return "--:--:--.---"

@@ -9,7 +9,8 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import click
 
-from shoal.cli.remote_command import complete_vehicle, print_json_line, run_on_network
+from shoal.cli.json_output import print_json_line
+from shoal.cli.remote_command import complete_vehicle, run_on_network
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 

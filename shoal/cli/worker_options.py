@@ -3,7 +3,7 @@
 import click
 
 from shoal.campaigns import WALL_LIMIT
-from shoal.cli.options import parse_duration_option
+from shoal.cli.time_texts import parse_duration_option
 
 workers_option = click.option(
     "-j",

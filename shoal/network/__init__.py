@@ -1,5 +1,6 @@
 """Running vehicles: their presence, messages, plans and parameters."""
 
+from autonomy.plans import PlanEstimate, format_percent
 from shoal.network.blocking import RemoteLogs, RemoteParameters, RemotePlans, RemoteVehicle, VehicleConnection
 from shoal.network.diagnosis import Contact, Diagnosis, diagnose
 from shoal.network.link import (
@@ -37,7 +38,6 @@ from shoal.network.parameter_transfer import (
     load_parameters,
 )
 from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
-from shoal.network.plan_estimate import PlanEstimate, format_percent
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, StoredPlan
 from shoal.network.recording import NetworkRecorder, RecordingEnd, VehicleRecording
 from shoal.network.remote_vehicle import AsyncRemoteVehicle

@@ -7,9 +7,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import imc
+from autonomy.plans import PlanEstimate
 from shoal.network.link import NetworkError, NoAnswer, Refused
 from shoal.network.network import GRACE, Network
-from shoal.network.plan_estimate import PlanEstimate
 from shoal.network.system_table import NetworkSystem
 from support.terminal_text import suggestion
 

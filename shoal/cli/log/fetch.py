@@ -5,11 +5,10 @@ from typing import Any
 
 import click
 
+from shoal.cli.json_output import json_option, print_json_line
 from shoal.cli.remote_command import (
     exit_with_reason,
-    json_option,
     network_options,
-    print_json_line,
     run_on_vehicle,
     vehicle_argument,
 )

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import imc
-from autonomy.plans import forecast_totals
+from autonomy.plans.duration_energy_forecast import forecast_totals
 
 
 @dataclass(frozen=True)
