@@ -6,9 +6,8 @@ import tomllib
 from pathlib import Path
 
 import yaml
-from click.testing import CliRunner
 
-from shoal.cli import main
+from tests.command import shoal
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -43,4 +42,4 @@ def test_the_issue_form_asks_for_check_and_doctor():
     labels = [part["attributes"]["label"] for part in form["body"]]
     assert {"shoal check", "shoal log doctor"} <= set(labels)
     for label in ("shoal check", "shoal log doctor"):
-        assert CliRunner().invoke(main, [*label.split()[1:], "--help"]).exit_code == 0
+        assert shoal(*label.split()[1:], "--help").exit_code == 0

@@ -5,12 +5,11 @@ import math
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import imc
 from shoal import fly
-from shoal.cli import main
 from shoal.missions import PlanFileError, announced_context, load_plan, parse_plan, plan_file_text
+from tests.command import shoal
 
 DATA = Path(__file__).parents[1] / "data" / "missions"
 KML = """<?xml version="1.0" encoding="UTF-8"?>
@@ -177,12 +176,12 @@ def test_a_multirotor_flies_a_mission_above_its_home(tmp_path):
 
 def test_the_commands_read_and_write_mission_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, ["export", "plan", str(DATA / "dive.waypoints"), "dive.kml"])
+    done = shoal("export", "plan", str(DATA / "dive.waypoints"), "dive.kml")
     assert (done.exit_code, done.output) == (0, "wrote dive.kml\n")
     assert places(load_plan(tmp_path / "dive.kml")) == places(load_plan(DATA / "dive.waypoints"))
-    again = CliRunner().invoke(main, ["export", "plan", "dive.kml", "dive.kml"])
+    again = shoal("export", "plan", "dive.kml", "dive.kml")
     assert again.exit_code != 0
-    wrong = CliRunner().invoke(main, ["export", "plan", "dive.kml", "dive.txt"])
+    wrong = shoal("export", "plan", "dive.kml", "dive.txt")
     assert wrong.exit_code == 2
     assert "use one of .yaml, .yml, .json, .plan" in wrong.output
 

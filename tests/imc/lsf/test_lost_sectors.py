@@ -5,10 +5,9 @@ from pathlib import Path
 from shutil import copy
 
 import pytest
-from click.testing import CliRunner
 
 import imc
-from shoal.cli import main
+from tests.command import shoal
 
 DUNE = Path(__file__).parents[2] / "data" / "logs" / "dune-idle"
 
@@ -48,13 +47,13 @@ def test_a_filling_in_place_of_data_unpacks_to_no_packet(tmp_path: Path, filling
 @pytest.mark.heavy
 def test_a_log_with_a_zero_filled_tail_has_no_copies_and_a_repaired_one_neither(tmp_path: Path) -> None:
     options = ["-p", "Simulation", "--clock", "virtual", "--for", "8s", "--log-dir", str(tmp_path / "log")]
-    assert CliRunner().invoke(main, ["run", "lauv-noptilus-1", *options]).exit_code == 0
+    assert shoal("run", "lauv-noptilus-1", *options).exit_code == 0
     source = max(tmp_path.rglob("Data.lsf.gz"), key=lambda path: path.stat().st_size).parent
     whole = packets(source)
     for tenth in range(2, 10):
         made = damage(source, tmp_path / str(tenth), tenth / 10, b"\0", None)
         out = tmp_path / f"repaired {tenth}"
-        said = CliRunner().invoke(main, ["log", "doctor", str(made), "--repair", str(out)])
+        said = shoal("log", "doctor", str(made), "--repair", str(out))
         assert "its data is lost from byte" in said.output, said.output
         for folder in (made, out):
             found = packets(folder)

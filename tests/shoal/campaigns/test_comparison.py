@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from shoal.campaigns.comparison import NotComparable, compare_campaigns, mcnemar_p_value
 from shoal.campaigns.jobs.job import UnfinishedResult
@@ -14,7 +13,7 @@ from shoal.campaigns.rerun import reload_study, repeat_run
 from shoal.campaigns.results.store import CampaignResults, ResultsError, open_results
 from shoal.campaigns.studies.study import load_study
 from shoal.campaigns.study_execution import run_study
-from shoal.cli import main
+from tests.command import shoal
 from tests.shoal.campaigns.standin import STUDY, StandInDraft, StandInRuns, write_study
 
 
@@ -102,7 +101,7 @@ def test_the_interval_decides_for_ci_if_it_is_asked_for(tmp_path, pair):
     assert even.describe_exceeded_limit("metrics.drift > 0.1")
     with pytest.raises(NotComparable, match="no interval, since the runs of sampling sobol are not independent"):
         even.describe_exceeded_limit("interval of metrics.drift > 0.1")
-    said = CliRunner().invoke(main, ["campaign", "compare", str(tmp_path / "x"), str(tmp_path / "y")])
+    said = shoal("campaign", "compare", str(tmp_path / "x"), str(tmp_path / "y"))
     assert said.exit_code == 0
     assert "points, no interval, since the runs of sampling sobol are not independent" in said.output
     assert "nan" not in said.output
@@ -175,7 +174,7 @@ def test_runs_that_did_not_end_are_left_out_and_told(tmp_path):
     assert (found.unfinished, found.only_a, found.only_b) == (10, 0, 0)
     assert found.rate_a.runs == found.rate_b.runs == 30
     assert not found.broken
-    done = CliRunner().invoke(main, ["campaign", "compare", str(tmp_path / "a"), str(tmp_path / "b")])
+    done = shoal("campaign", "compare", str(tmp_path / "a"), str(tmp_path / "b"))
     assert "not compared: 10 runs that did not end in both\n" in done.output
 
 

@@ -5,10 +5,9 @@ import shutil
 import sys
 
 import pytest
-from click.testing import CliRunner
 
 from shoal.campaigns import open_results
-from shoal.cli import main
+from tests import command
 
 HUM = """\
 from pathlib import Path
@@ -40,7 +39,7 @@ SET = ("--set", "vehicle/parameters/Simulators.GPS/Kinematic/HACC=1.0e-07")
 
 
 def shoal(*words):
-    return CliRunner().invoke(main, ["campaign", *map(str, words)])
+    return command.shoal("campaign", *words)
 
 
 @pytest.fixture(autouse=True)

@@ -19,9 +19,10 @@ CHILD = """
 import sys
 from click.testing import CliRunner
 from shoal.cli import main
+from tests.command import shoal
 
 for line in sys.stdin.read().splitlines():
-    done = CliRunner().invoke(main, line.split())
+    done = shoal(*line.split())
     last = (done.output.strip().splitlines() or [""])[-1]
     trouble = "" if done.exception is None or isinstance(done.exception, SystemExit) else repr(done.exception)
     print(done.exit_code, trouble, last)

@@ -6,12 +6,11 @@ import sys
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from runtime.profile import load_profile
-from shoal.cli import main
 from shoal.scenarios import load_document
 from shoal.scenarios.file_dependencies import profile_dependencies
+from tests import command
 from tests.world.charts.sea_floor import floor_of_grid, write_geotiff
 
 SCENARIO = """
@@ -26,7 +25,7 @@ expect: [{always: altitude(SimulatedState) > 30 m}]
 
 @pytest.fixture
 def shoal():
-    return lambda *words: CliRunner().invoke(main, words)
+    return command.shoal
 
 
 @pytest.fixture

@@ -3,13 +3,12 @@
 from functools import cache
 
 import pytest
-from click.testing import CliRunner
 
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build, check_profile, find_task
-from shoal.cli import main
 from support.diagnostics import ProfileError
+from tests.command import shoal
 
 LOCAL = (
     "Transports.UDP:Address=127.0.0.1",
@@ -109,13 +108,13 @@ def test_no_option_fails_only_when_the_task_starts(section):
 def test_check_and_run_refuse_the_same_in_real_and_in_virtual_time(profile, mode, option, tmp_path):
     local = [word for text in local_options(profile) for word in ("--set", text)]
     words = [profile, "-p", mode, *local, "--set", option]
-    checked = CliRunner().invoke(main, ["check", *words])
+    checked = shoal("check", *words)
     name = option.partition(":")[2].partition("=")[0]
     errors = [line for line in checked.output.splitlines() if " error: " in line and name in line]
     assert checked.exit_code == 1, checked.output
     assert errors, checked.output
     for clock in ("virtual", "real"):
         log = ["--log-dir", str(tmp_path / clock / "log")]
-        run = CliRunner().invoke(main, ["run", *words, "--clock", clock, "--for", "0.1s", *log])
+        run = shoal("run", *words, "--clock", clock, "--for", "0.1s", *log)
         assert run.exit_code == 2, run.output
         assert errors[0] in run.output

@@ -3,22 +3,14 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from mavlink.vehicle.parameters.table import ParameterTable
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, own_etc
 from runtime.vehicle import build
-from shoal.cli import main
 from support.durations import parse_duration
 from tasks.transports.mavlink_links.parameters_and_cameras import task_parameters
 from tests.outside import NO_FILE
-
-
-@pytest.fixture
-def shoal(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return lambda *arguments: CliRunner().invoke(main, arguments)
 
 
 def test_check_finds_nothing_in_our_profiles(shoal):

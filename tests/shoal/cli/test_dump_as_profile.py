@@ -3,13 +3,12 @@
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import Vehicle, build
-from shoal.cli import main
 from shoal.network import VehicleParameters, parameter_file_text
+from tests.command import shoal
 
 
 def built(profile: str, modes: str, folder: Path) -> Vehicle:
@@ -42,7 +41,7 @@ def test_a_dump_that_is_appended_to_its_profile_is_right_and_changes_nothing(
 ) -> None:
     vehicle = built(profile, modes, tmp_path)
     path = dump(vehicle, tmp_path / "today.ini", f"[Require {profile}.ini]\n")
-    done = CliRunner().invoke(main, ["check", str(path), "-p", modes])
+    done = shoal("check", str(path), "-p", modes)
     assert (done.exit_code, done.output) == (0, f"{path}: nothing wrong\n")
     again = built(str(path), modes, tmp_path)
     assert texts(again) == texts(vehicle)
@@ -68,5 +67,5 @@ def test_options_of_older_places_have_the_values_of_the_world(
     vehicle = built(str(profile), "Simulation", tmp_path)
     assert texts(vehicle)[section][option] == expected
     path = dump(vehicle, tmp_path / "today.ini", f"[Require {profile}]\n")
-    done = CliRunner().invoke(main, ["check", str(path), "-p", "Simulation"])
+    done = shoal("check", str(path), "-p", "Simulation")
     assert (done.exit_code, done.output) == (0, f"{path}: nothing wrong\n")

@@ -3,15 +3,14 @@
 import re
 
 import pytest
-from click.testing import CliRunner
 
 from runtime.kernel import VirtualClock
 from runtime.profile import dune_section_names, load_profile
 from runtime.vehicle import build, find_task
-from shoal.cli import main
 from shoal.missions import Mission, parse_plan, prepare
 from shoal.missions.simulated_motion import FIXED_WING
 from tasks.simulators.uav import UAV
+from tests.command import shoal
 
 # DUNE has the maneuvers of a vehicle in one section, common/maneuvers.ini, and options that Shoal has not.
 MANEUVERS = """[Maneuver.Multiplexer]
@@ -92,10 +91,6 @@ def tree(tmp_path, monkeypatch):
     (tmp_path / "swordfish.ini").write_text(BOAT)
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def shoal(*words):
-    return CliRunner().invoke(main, words)
 
 
 def fly(profile, depth, tree):
@@ -246,11 +241,11 @@ def test_a_simulated_vehicle_that_nothing_moves_or_that_is_another_one_does_not_
     words = ["run", str(tmp_path / "wing.ini"), "-p", "Simulation", "--clock", "virtual", "--for", "1s", *log]
     mission = ["mission", str(tmp_path / "wing.ini"), str(tmp_path / "p.yaml"), *log]
     for command in (words, mission):
-        result = CliRunner().invoke(main, command)
+        result = shoal(*command)
         assert result.exit_code == 2
         assert reason in result.output
     for modes in ([], ["-p", "Simulation"]):
-        result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), *modes])
+        result = shoal("check", str(tmp_path / "wing.ini"), *modes)
         assert result.exit_code == 1
         assert re.search(rf"wing\.ini:\d+: error: {re.escape(reason)}", result.output)
 
@@ -259,13 +254,13 @@ def test_a_fixed_wing_is_reported_beside_other_mistakes(tmp_path):
     """Also in scenarios, and where the profile has an error of its own."""
     text = WING + "[Simulators.UAV]\nBank Time Constant = 1\n[Nothing.Known]\nEnabled = Always\n"
     (tmp_path / "wing.ini").write_text(text)
-    result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), "-p", "Simulation"])
+    result = shoal("check", str(tmp_path / "wing.ini"), "-p", "Simulation")
     assert "[Nothing.Known]" in result.output
     assert "error: [Simulators.UAV] Bank Time Constant: that is a fixed wing of DUNE" in result.output
     (tmp_path / "wing.ini").write_text(text[: text.index("[Nothing")])
     scenario = "scenario: s\nvehicle: {profile: wing.ini}\nlimit: 5 s\nexpect: [{always: EstimatedState.z < 9 m}]\n"
     (tmp_path / "s.scenario.yaml").write_text(scenario)
-    result = CliRunner().invoke(main, ["test", str(tmp_path / "s.scenario.yaml")])
+    result = shoal("test", str(tmp_path / "s.scenario.yaml"))
     assert result.exit_code != 0
     assert "that is a fixed wing of DUNE" in result.output
 
@@ -280,14 +275,14 @@ def test_commands_agree_on_a_vehicle_without_a_simulator(tmp_path):
         ["run", path, "-p", "Simulation", "--clock", "virtual", "--for", "1s", *log],
         ["mission", path, str(tmp_path / "p.yaml"), *log],
     ):
-        result = CliRunner().invoke(main, command)
+        result = shoal(*command)
         assert "warning: nothing simulates the motion of wing" in result.output, command
 
 
 @pytest.mark.parametrize("option", sorted(FIXED_WING))
 def test_any_option_of_the_fixed_wing_of_dune_is_known_and_none_is_of_a_multirotor(option, tmp_path):
     (tmp_path / "wing.ini").write_text(f"{WING}[Simulators.UAV]\n{option.title()} = 1\n")
-    result = CliRunner().invoke(main, ["check", str(tmp_path / "wing.ini"), "-p", "Simulation"])
+    result = shoal("check", str(tmp_path / "wing.ini"), "-p", "Simulation")
     assert f"[Simulators.UAV] {option.title()}: that is a fixed wing of DUNE" in result.output
     assert option not in {name.casefold() for name in UAV.parameters()}
 
@@ -295,12 +290,10 @@ def test_any_option_of_the_fixed_wing_of_dune_is_known_and_none_is_of_a_multirot
 def test_a_vehicle_in_simulation_without_a_simulator_is_reported(tmp_path):
     words = ["run", "hexa-00", "-p", "Simulation", "--clock", "virtual", "--for", "1s"]
     words += ["--log-dir", str(tmp_path / "log")]
-    assert "nothing simulates" not in CliRunner().invoke(main, words).output
-    result = CliRunner().invoke(main, [*words, "--set", "Simulators.UAV:Enabled=Never"])
+    assert "nothing simulates" not in shoal(*words).output
+    result = shoal(*words, "--set", "Simulators.UAV:Enabled=Never")
     text = "warning: nothing simulates the motion of hexa-00: no task of mode Simulation"
     assert text in result.output
-    checked = CliRunner().invoke(
-        main, ["check", "hexa-00", "-p", "Simulation", "--set", "Simulators.UAV:Enabled=Never"]
-    )
+    checked = shoal("check", "hexa-00", "-p", "Simulation", "--set", "Simulators.UAV:Enabled=Never")
     assert checked.exit_code == 0
     assert text in checked.output

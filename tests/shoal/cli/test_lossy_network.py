@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 import imc
-from shoal.cli import main
 from shoal.network import Network, NetworkLink, ReceivedPacket, connect
+from tests.command import shoal
 from tests.outside import until
 from tests.shoal.network.running import running
 
@@ -23,10 +22,6 @@ def process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[object]:
     with running(tmp_path_factory.mktemp("vehicle"), network="udp") as found:
         until(lambda: shoal("plan", NAME, "status").exit_code == 0, 30.0)
         yield found
-
-
-def shoal(*words: str) -> Result:
-    return CliRunner().invoke(main, words)
 
 
 def lose(monkeypatch: pytest.MonkeyPatch, share: float, *kinds: type[imc.Message], of: int = -1) -> None:

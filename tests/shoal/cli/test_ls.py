@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import imc
-from shoal.cli import main
 from shoal.network.system_table import NetworkSystem
+from tests.command import shoal
 from tests.outside import NO_FILE, until
 from tests.shoal.network.running import running
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
@@ -37,7 +37,7 @@ def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> R
         async with contextlib.AsyncExitStack() as stack:
             for station in (Station(ports), Station(ports[:-1], name=name)):
                 await stack.enter_async_context(living(station))
-            return await asyncio.to_thread(CliRunner().invoke, main, ["ls", "--connect", "udp", *options])
+            return await asyncio.to_thread(shoal, "ls", "--connect", "udp", *options)
 
     return asyncio.run(act())
 
@@ -65,7 +65,7 @@ def test_states_of_entities_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> No
 
     async def act() -> Result:
         async with living(station, also=also):
-            return await asyncio.to_thread(CliRunner().invoke, main, ["ls", "--connect", "udp", "--json"])
+            return await asyncio.to_thread(shoal, "ls", "--connect", "udp", "--json")
 
     assert json.loads(asyncio.run(act()).stdout)[0]["errors"] == ["0"]
     assert [type(message) for message in station.heard].count(imc.QueryEntityState) == 1
@@ -86,7 +86,7 @@ def test_a_long_wait_for_a_program_that_does_not_answer_is_explained(monkeypatch
 
     async def act() -> Result:
         asyncio.get_running_loop().call_later(0.5, late.announce)
-        return await asyncio.to_thread(CliRunner().invoke, main, ["ls", "--connect", "udp"])
+        return await asyncio.to_thread(shoal, "ls", "--connect", "udp")
 
     with contextlib.closing(late):
         result = asyncio.run(act())
@@ -99,8 +99,7 @@ def test_errors_are_those_of_all_entities(tmp_path: Path) -> None:
     """VehicleState names only those that a monitor watches; this vehicle has none, as with `-p Hardware`."""
     settings = [word for setting in NO_GPS for word in ("--set", setting)]
     with running(tmp_path, *settings, "--set", "Monitors.Entities:Enabled=Never", network="udp"):
-        run = CliRunner().invoke
-        until(lambda: "GPS" in json.loads(run(main, ["ls", "--json"]).stdout or "[{}]")[0].get("errors", ()))
-        found = json.loads(run(main, ["link", "--for", "1s", "--json"]).stdout)
+        until(lambda: "GPS" in json.loads(shoal("ls", "--json").stdout or "[{}]")[0].get("errors", ()))
+        found = json.loads(shoal("link", "--for", "1s", "--json").stdout)
     texts = [finding["text"] for finding in found["findings"]]
     assert f"GPS is not well: /dev/no-gps: {NO_FILE}" in texts

@@ -4,12 +4,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli import main
+from tests.command import shoal
 
 LIBRARIES = ("PIL", "serial", "pymavlink", "pyftpdlib")
 SHORT = ("--clock", "virtual", "--for", "1s")
@@ -22,10 +21,6 @@ def core(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for library in LIBRARIES:
         monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.chdir(tmp_path)
-
-
-def shoal(*words: str) -> Result:
-    return CliRunner().invoke(main, [*words])
 
 
 def test_the_core_install_runs_a_vehicle() -> None:

@@ -4,10 +4,10 @@ import asyncio
 import contextlib
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import imc
-from shoal.cli import main
+from tests.command import shoal
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
 
@@ -55,7 +55,7 @@ def command(
             for vehicle in both:
                 announces = not (is_late and vehicle is both[1])
                 await stack.enter_async_context(living(vehicle, announces=announces))
-            result = await asyncio.to_thread(CliRunner().invoke, main, [*words, "--connect", "udp"])
+            result = await asyncio.to_thread(shoal, *words, "--connect", "udp")
             for vehicle in both:
                 vehicle.listen()  # the command may have ended between two of its looks
         return result, [vehicle.aborted() for vehicle in both]

@@ -4,15 +4,6 @@ import subprocess
 import sys
 
 import pytest
-from click.testing import CliRunner
-
-from shoal.cli import main
-
-
-@pytest.fixture
-def shoal(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return lambda *arguments: CliRunner().invoke(main, arguments)
 
 
 @pytest.mark.heavy

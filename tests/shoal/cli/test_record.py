@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 import imc
-from shoal.cli import main
 from shoal.network import VehicleRecording
 from support.byte_sizes import parse_byte_size
+from tests.command import shoal
 from tests.outside import largest_file, until
 from tests.shoal.network.running import running
 
@@ -37,10 +36,6 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with running(folder) as first, running(folder, "-V", "second", port=first.port):
         until(lambda: shoal("plan", f"{NAME},second", "status").exit_code == 0, 30.0)
         yield "zenoh"
-
-
-def shoal(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def started(folder: Path, *words: str) -> "subprocess.Popen[str]":

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 from click.shell_completion import ShellComplete
-from click.testing import CliRunner, Result
 
 from shoal.cli import main
+from tests.command import shoal
 from tests.outside import until
 from tests.shoal.network.running import Running, running
 
@@ -27,10 +27,6 @@ def process(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with running(tmp_path_factory.mktemp("vehicle")) as found:
         until(lambda: json_of("plan", NAME, "status", "--json")["state"] == "READY", 30.0)
         yield found
-
-
-def shoal(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def json_of(*words: object, status: int = 0) -> Any:

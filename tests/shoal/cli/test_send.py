@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import click
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 
 import imc
-from shoal.cli import main
 from shoal.cli.field_values import format_fields
 from shoal.cli.send import build_message
+from tests.command import shoal
 from tests.outside import until
 from tests.shoal.network.station import Station, discovery_ports, living
 
@@ -123,7 +123,7 @@ def station_there(monkeypatch: pytest.MonkeyPatch, leaves_after: type[imc.Messag
 
 
 def send(*words: str) -> Result:
-    return CliRunner().invoke(main, ["send", "station", *words])
+    return shoal("send", "station", *words)
 
 
 def received(station: Station, kind: type[imc.Message]) -> list[imc.Message]:

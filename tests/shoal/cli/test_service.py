@@ -8,10 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from shoal.cli import main
 from shoal.cli.service import quote_for_systemd
+from tests import command
 from tests.outside import NO_FILE
 
 
@@ -22,7 +21,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def shoal(*words: str):
-    return CliRunner().invoke(main, ["service", *words])
+    return command.shoal("service", *words)
 
 
 def options(unit: str) -> dict[str, str]:

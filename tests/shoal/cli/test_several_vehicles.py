@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 import imc
 from runtime.profile import load_profile
-from shoal.cli import main
 from shoal.cli.vehicle_selection import parse_selection
+from tests.command import shoal
 from tests.outside import until
 from tests.shoal.cli.test_lossy_network import entity_id, lose
 from tests.shoal.network.running import running
@@ -36,10 +35,6 @@ def one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[object]:
     with running(tmp_path_factory.mktemp("vehicle"), network="tcp") as vehicle:
         until(lambda: shoal("plan", NAME, "status").exit_code == 0, 30.0)
         yield vehicle
-
-
-def shoal(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def lines_of(*words: object, status: int = 0) -> list[Any]:

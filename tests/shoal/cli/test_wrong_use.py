@@ -5,11 +5,10 @@ import os
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
 from runtime import Script, Task
 from runtime.testing import simulate
-from shoal.cli import main
+from tests import command
 from tests.outside import NO_FILE, NO_FOLDER
 
 RUN = "run lauv-noptilus-1 -p Kinematic --clock virtual --for 6s --snapshot-every 3s"
@@ -36,7 +35,7 @@ def folder(tmp_path_factory):
 
 
 def shoal(words):
-    return CliRunner().invoke(main, words.split())
+    return command.shoal(*words.split())
 
 
 LOG = "log/lauv-noptilus-1/20260101/000000"
@@ -236,9 +235,9 @@ def test_a_bad_declaration_is_told_with_the_line_of_its_section(folder, tmp_path
     (tmp_path / f"{name}.py").write_text(f'{head}    """Bad."""\n\n    {line}\n')
     profile = tmp_path / "bad.ini"
     profile.write_text(f"[General]\nVehicle = bad\n\n[{name}.Bad]\nEnabled = Always\n")
-    for command, status in (("run", 2), ("check", 1)):
-        more = " --clock virtual --for 1s" if command == "run" else ""
-        done = shoal(f"{command} {profile} --code {tmp_path}{more}")
+    for verb, status in (("run", 2), ("check", 1)):
+        more = " --clock virtual --for 1s" if verb == "run" else ""
+        done = shoal(f"{verb} {profile} --code {tmp_path}{more}")
         assert (done.exit_code, f"{profile}:4: error" in done.output, said in done.output) == (status, True, True), (
             done.output
         )

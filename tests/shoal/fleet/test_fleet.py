@@ -15,12 +15,11 @@ from typing import Any
 
 import pytest
 import zenoh
-from click.testing import CliRunner
 
 import imc
 from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
-from shoal.cli import main
 from shoal.fleet import FleetMonitor, register_fleet
+from tests.command import shoal
 from tests.outside import children, until
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
@@ -196,11 +195,11 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
     monkeypatch.setattr(signal, "signal", lambda *_: None)
     file = tmp_path / "fleet.yaml"
     file.write_text(fleet_file(network, 1))
-    refused = CliRunner().invoke(main, ["fleet", str(file), "--log-dir", str(file)])
+    refused = shoal("fleet", str(file), "--log-dir", str(file))
     assert refused.exit_code == 2
     assert f"no log can be written to {file}: " in refused.output
     with register_fleet(f"other-{network.local_port}"):
-        stop = CliRunner().invoke(main, ["fleet", "stop", "nobody"])
+        stop = shoal("fleet", "stop", "nobody")
     assert stop.exit_code == 2
     assert stop.output.startswith("Error: no fleet nobody runs; running: ")
     assert f"other-{network.local_port}" in stop.output

@@ -3,14 +3,13 @@
 from xml.etree import ElementTree as Xml
 
 import pytest
-from click.testing import CliRunner
 
 import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli import main
 from shoal.neptus import parameter_list, unplannable_maneuvers, vehicle_definition
+from tests.command import shoal
 
 KINDS = {"lauv-noptilus-1": "UUV", "otter": "USV", "caravel": "USV", "hexa-00": "UAV"}
 # Elements without which Neptus' reader of a maneuver gives up, besides place and speed.
@@ -130,7 +129,7 @@ def test_limits_sizes_and_choices_are_listed(vehicle):
 
 def test_the_command_writes_where_neptus_looks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(main, ["export", "neptus", "otter", "-V", "otter-7", "--out", "there"])
+    result = shoal("export", "neptus", "otter", "-V", "otter-7", "--out", "there")
     assert result.exit_code == 0, result.output
     names = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
     assert names == ["there/conf/params/otter-7.en_US.xml", "there/vehicles-defs/otter-7.nvcl"]
@@ -143,7 +142,7 @@ def test_a_definition_of_neptus_own_is_kept(tmp_path, monkeypatch):
     own = tmp_path / "neptus" / "vehicles-defs" / "21-lauv-noptilus-1.nvcl"
     own.parent.mkdir(parents=True)
     own.write_text("theirs")
-    result = CliRunner().invoke(main, ["export", "neptus", "lauv-noptilus-1"])
+    result = shoal("export", "neptus", "lauv-noptilus-1")
     assert f"kept {own.relative_to(tmp_path)}" in result.output
     assert [path.name for path in own.parent.iterdir()] == [own.name]
     assert own.read_text() == "theirs"
@@ -154,7 +153,7 @@ def test_a_definition_of_neptus_own_is_kept(tmp_path, monkeypatch):
 )
 def test_mistakes_are_named(tmp_path, monkeypatch, arguments):
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(main, ["export", "neptus", *arguments])
+    result = shoal("export", "neptus", *arguments)
     assert result.exit_code == 2
     assert list(tmp_path.iterdir()) == []
 

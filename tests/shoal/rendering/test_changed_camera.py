@@ -4,14 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
 import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli import main
+from tests.command import shoal
 
 LABEL = "Fisheye Camera"
 CONSOLE = 0x4001
@@ -53,7 +52,7 @@ def altered(tmp_path_factory):
 
 
 def call(*words: object):
-    done = CliRunner().invoke(main, list(map(str, words)))
+    done = shoal(*words)
     assert done.exit_code == 0, done.output
     return done.output
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 from pycocotools.coco import COCO
 
@@ -13,8 +12,8 @@ import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli import main
 from shoal.rendering.coco import run_lengths
+from tests import command
 
 SIZES = ("Vision.FisheyeCamera:Size=150", "Vision.FisheyeCamera:Face Size=75", "Vision.FisheyeCamera:Frame Rate=2")
 FAINT = 15  # of 255, by which the pixels of an edge that a glider fills in part may differ
@@ -43,7 +42,7 @@ def log(tmp_path, monkeypatch):
 
 
 def shoal(*words):
-    done = CliRunner().invoke(main, ["log", *map(str, words)])
+    done = command.shoal("log", *words)
     return done.exit_code, done.output
 
 

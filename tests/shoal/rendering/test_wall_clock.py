@@ -5,15 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
 import imc
 from runtime.kernel import WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build
-from shoal.cli import main
 from shoal.rendering import find_exposures
+from tests.command import shoal
 from world.rendering import optical_to_body_transform
 
 SETTINGS = ("Size=96", "Face Size=48", "Frame Rate=6", "Save Images=true")
@@ -48,7 +47,7 @@ def taken(folder):
 @pytest.mark.heavy
 def test_each_picture_has_its_partner(log, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, ["log", "render", str(log), "out", "--no-labels", "-j", "1"])
+    done = shoal("log", "render", str(log), "out", "--no-labels", "-j", "1")
     assert (done.exit_code, "note" in done.output) == (0, False), done.output
     before, after = taken(log / "Photos"), taken(Path("out/Photos"))
     assert len(before) >= 5
@@ -72,7 +71,7 @@ def test_the_camera_is_where_the_log_says(run):
 
 def test_a_data_set_lacks_no_picture(log, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, ["log", "export", str(log), "set", "-f", "coco"])
+    done = shoal("log", "export", str(log), "set", "-f", "coco")
     assert (done.exit_code, "skipped" in done.output) == (0, False), done.output
     found = json.loads(Path("set/annotations.json").read_text())
     assert len(found["images"]) == len(taken(log / "Photos")) >= 5

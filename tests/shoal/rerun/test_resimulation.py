@@ -5,7 +5,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -16,8 +15,8 @@ from runtime.profile import load_profile
 from runtime.snapshot import SnapshotError
 from runtime.vehicle import build, find_task
 from shoal import fly
-from shoal.cli import main
 from shoal.rerun import ResimulationError, RewoundRun, TimestampResolver, resimulate
+from tests.command import shoal
 from tests.outside import NO_FOLDER
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
@@ -256,11 +255,11 @@ def test_a_task_that_was_not_there_says_something_new(log: imc.Log) -> None:
 
 def test_the_command_tells_and_shows(log: imc.Log, tmp_path: Path) -> None:
     folder = str(log.path.parent)
-    same = CliRunner().invoke(main, ["resim", folder, "--task", CAMERA])
+    same = shoal("resim", folder, "--task", CAMERA)
     assert same.exit_code == 0, same.output
     assert "0 bytes of difference" in same.output
     change = ["--set", f"{CAMERA}:Error Model=None", "--out", str(tmp_path / "out")]
-    other = CliRunner().invoke(main, ["resim", folder, "--task", "MUG Camera", *change])
+    other = shoal("resim", folder, "--task", "MUG Camera", *change)
     assert other.exit_code == 0, other.output
     for words in ("EstimatedMugState", "x [m]", "first difference: at", "bytes of difference"):
         assert words in other.output
@@ -294,7 +293,7 @@ def test_task_without_its_input_is_not_compared(log: imc.Log, tmp_path: Path) ->
     part = cut(log, tmp_path / "part", imc.SimulatedState)
     done = resimulate(part, ["GPS"])
     assert list(done.missing.values()) == [["SimulatedState"]]
-    said = CliRunner().invoke(main, ["resim", str(part.path.parent), "--task", "GPS"])
+    said = shoal("resim", str(part.path.parent), "--task", "GPS")
     assert said.exit_code == 1
     assert "GPS: not comparable: the log lacks what it subscribes to: SimulatedState" in said.output
     assert "SimulatedState can come from Simulators.EstimatedState: add -t Simulators.EstimatedState\n" in said.output
@@ -326,7 +325,7 @@ def test_the_part_of_a_log_begins_so_long_after_the_vehicle(log: imc.Log, tmp_pa
         [(log.path.parent, ["--from", "5s"], 5.0, 15.0), (tmp_path / "0", ["--from", "3s", "--to", "8s"], 8.0, 13.0)]
     ):
         part = tmp_path / str(number)
-        said = CliRunner().invoke(main, ["log", "cut", str(source), str(part), *words])
+        said = shoal("log", "cut", str(source), str(part), *words)
         assert said.exit_code == 0, said.output
         done = resimulate(imc.Log(part), ["IMU"])
         assert not done.exact
@@ -349,5 +348,5 @@ def test_option_may_have_the_name_that_dune_gives_it(log: imc.Log) -> None:
 def test_place_that_cannot_be_written_is_named(log: imc.Log, tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
     out = str(tmp_path / "file" / "out")
-    said = CliRunner().invoke(main, ["resim", str(log.path.parent), "--task", "GPS", "--out", out])
+    said = shoal("resim", str(log.path.parent), "--task", "GPS", "--out", out)
     assert (said.exit_code, said.output.strip()) == (2, f"Error: {out}: {NO_FOLDER}")

@@ -4,14 +4,13 @@ import math
 from itertools import pairwise
 
 import pytest
-from click.testing import CliRunner
 from flying import BROADCAST, CCU, OWN
 
 import imc
 from runtime import ParameterError, State
 from runtime.testing import START, simulate
-from shoal.cli import main
 from tasks.supervisors.failsafe import Failsafe
+from tests.command import shoal
 from tests.tasks.mission.stalling_clock import StallingClock
 
 Loops = imc.CLoopsMask
@@ -260,7 +259,7 @@ def test_no_value_of_a_parameter_makes_it_wait_for_ever(vehicle):
     """On the shipped vehicles: neither the profile nor an operator can put off what saves the vehicle."""
     for option in ("Silence Timeout", "Depth Margin", "Drop Weight Delay", "Ascent Delay"):
         words = ["check", vehicle, "--set", f"Supervisors.Failsafe:{option}=1e6"]
-        found = CliRunner().invoke(main, words)
+        found = shoal(*words)
         assert found.exit_code == 1, found.output
         assert option in found.output
     editable = {parameter.name for parameter in Failsafe.parameters().values() if parameter.editable}

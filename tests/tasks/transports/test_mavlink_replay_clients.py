@@ -8,10 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from pymavlink import mavutil
 
-from shoal.cli import main
+from tests.command import shoal
 from tests.outside import free_port
 from tests.tasks.transports.mavlink_playback import record
 
@@ -67,12 +66,12 @@ def test_pymavlink_sees_a_log_of_dune_and_moves_the_replay():
 
 
 def test_stations_need_a_clock_that_they_can_follow():
-    done = CliRunner().invoke(main, ["replay", str(DUNE), "--mavlink", "--clock", "virtual"])
+    done = shoal("replay", str(DUNE), "--mavlink", "--clock", "virtual")
     assert (done.exit_code, "--clock real, or a factor" in done.output) == (2, True)
 
 
 def test_a_link_that_is_none_is_refused():
-    done = CliRunner().invoke(main, ["replay", str(DUNE), "--link", "carrier-pigeon://home"])
+    done = shoal("replay", str(DUNE), "--link", "carrier-pigeon://home")
     assert done.exit_code == 2
     assert "carrier-pigeon" in done.output
 

@@ -6,10 +6,9 @@ import subprocess
 import sys
 
 import pytest
-from click.testing import CliRunner
 
 from shoal.campaigns import open_results, run
-from shoal.cli import main
+from tests import command
 from tests.outside import NO_FILE
 
 SCENARIO = """\
@@ -33,7 +32,7 @@ logs: failed
 
 
 def shoal(*words):
-    return CliRunner().invoke(main, ["campaign", *map(str, words)])
+    return command.shoal("campaign", *words)
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,9 @@
 import shutil
 
 import pytest
-from click.testing import CliRunner
 
 from shoal.campaigns import Job, ScenarioRunner, compute_findings, open_results, run
-from shoal.cli import main
+from tests.command import shoal
 
 SCENARIO = """\
 scenario: rest
@@ -27,10 +26,6 @@ search: {minimize: margin of stays near, at a time: 3, shrink: 12}
 runs: 7
 seed: 3
 """
-
-
-def shoal(*words):
-    return CliRunner().invoke(main, [*map(str, words)])
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import imc
-from shoal.cli import main
+from tests import command
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 IDLE = str(LOGS / "dune-idle")
@@ -20,7 +19,7 @@ def recorded(tmp_path_factory):
     """A log of ten seconds of a simulated vehicle."""
     root = tmp_path_factory.mktemp("logs")
     arguments = ["run", "lauv-noptilus-1", "-p", "Kinematic", "--clock", "virtual", "--for", "10s"]
-    result = CliRunner().invoke(main, [*arguments, "--log-dir", str(root)])
+    result = command.shoal(*arguments, "--log-dir", str(root))
     assert result.exit_code == 0, result.output
     return root / "lauv-noptilus-1" / "20260101" / "000000"
 
@@ -28,7 +27,7 @@ def recorded(tmp_path_factory):
 @pytest.fixture
 def shoal(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    return lambda *arguments: CliRunner().invoke(main, ["log", *map(str, arguments)])
+    return lambda *arguments: command.shoal("log", *arguments)
 
 
 def test_help_names_all_commands(shoal):

@@ -7,17 +7,12 @@ from collections.abc import Generator
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 import imc
-from shoal.cli import main
+from tests.command import shoal
 from tests.outside import TOO_LARGE, largest_file
 
 PLAN = "plan: box\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n  - goto: {north: 8, depth: 0}\n"
-
-
-def shoal(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [*map(str, arguments)])
 
 
 @pytest.fixture(scope="module")

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
 import imc
 from runtime.kernel import VirtualClock
 from runtime.profile import load_profile, read_config
 from runtime.vehicle import build
-from shoal.cli import main
+from tests import command
 from tests.outside import TOO_LARGE, largest_file
 
 BELOW = """
@@ -63,7 +62,7 @@ def shoal(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def render(*arguments, processes=1):
-        return CliRunner().invoke(main, ["log", "render", "-j", str(processes), *map(str, arguments)])
+        return command.shoal("log", "render", "-j", str(processes), *arguments)
 
     return render
 

@@ -5,7 +5,6 @@ import struct
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -15,10 +14,10 @@ from mavlink import load_dialect
 from mavlink.dataflash import DataFlash
 from mavlink.tlog import Tlog
 from mavlink.ulog import BadULog, ULog
-from shoal.cli import main
 from shoal.logs.edit.flight_log_import import import_dataflash, import_ulog
 from shoal.logs.edit.import_writer import NothingToImport
 from shoal.logs.edit.tlog_import import import_tlog
+from tests.command import shoal
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 
 DIALECT = load_dialect()
@@ -191,7 +190,7 @@ def test_what_is_skipped_is_told_with_file_kind_number_and_time(tmp_path):
 
 
 def shoal_import(path, out):
-    return CliRunner().invoke(main, ["log", "import", str(path), str(out)])
+    return shoal("log", "import", str(path), str(out))
 
 
 def test_frames_without_times_are_refused_with_the_reason(tmp_path):

@@ -4,17 +4,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import imc
 from runtime.logs import summarize
-from shoal.cli import main
 from shoal.logs.edit.tlog_import import import_tlog
 from shoal.logs.export import LogSource
 from shoal.logs.export.csv import export_csv
 from shoal.logs.export.euroc import export_euroc
 from shoal.logs.export.llf import export_llf
 from shoal.logs.export.tum_rgbd import export_tum_rgbd
+from tests import command
 from tests.mavlink.flights import DataFlashWriter, ULogWriter
 from tests.outside import largest_file
 
@@ -28,7 +27,7 @@ def shoal(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
-        result = CliRunner().invoke(main, ["log", *map(str, arguments)])
+        result = command.shoal("log", *arguments)
         if result.exception is not None and not isinstance(result.exception, SystemExit):
             raise result.exception
         return result.exit_code, result.output

@@ -1,11 +1,10 @@
 """An export, a cut or a merge that loses most says so, counts it by reason, and ends with exit status 1."""
 
 import pytest
-from click.testing import CliRunner
 
 import imc
-from shoal.cli import main
 from support.wgs84 import displace
+from tests import command
 
 HEADER = {"src": 0x1A, "src_ent": 7}
 TABLES = ("mcap", "netcdf", "parquet", "csv", "llf")
@@ -18,7 +17,7 @@ def shoal(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
-        result = CliRunner().invoke(main, [*map(str, arguments)])
+        result = command.shoal(*arguments)
         if result.exception is not None and not isinstance(result.exception, SystemExit):
             raise result.exception
         return result.exit_code, result.output

@@ -5,15 +5,14 @@ import io
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
 import imc
 from runtime.logs import summarize
-from shoal.cli import main
 from shoal.logs.export import LogSource
 from shoal.logs.export.mcap import export_mcap
 from tasks.vision.cameras.picture_files import photo_name, write_picture
+from tests.command import shoal
 from tests.shoal.logs.export.mcap_reader import Reader
 
 SHOT = np.full((4, 6, 4), 255, np.uint8)
@@ -34,7 +33,7 @@ def log(make_log):
     ("form", "table", "place"), [("euroc", "mav0/cam0/data.csv", "mav0/cam0/data"), ("tum", "rgb.txt", "")]
 )
 def test_data_sets_have_png_of_qoi(log, tmp_path, form, table, place):
-    run = CliRunner().invoke(main, ["log", "export", str(log), str(tmp_path / "out"), "-f", form])
+    run = shoal("log", "export", str(log), str(tmp_path / "out"), "-f", form)
     assert run.exit_code == 0, run.output
     assert "skipped: 1 picture: Front_000002_1700000002.000000.qoi: no picture" in run.output
     rows = [line for line in (tmp_path / "out" / table).read_text().splitlines() if not line.startswith("#")]
@@ -69,7 +68,7 @@ def test_broken_png_and_jpeg_are_named_and_left_out(log, tmp_path, form):
     for name, data in (broken | {"12.jpg": jpeg}).items():
         number, _, ending = name.partition(".")
         (photos / f"Front_{int(number):06}_17000000{int(number):02}.000000.{ending}").write_bytes(data)
-    run = CliRunner().invoke(main, ["log", "export", str(log), str(tmp_path / "out"), "-f", form])
+    run = shoal("log", "export", str(log), str(tmp_path / "out"), "-f", form)
     assert run.exit_code == 1, run.output  # most of the pictures
     assert f"skipped: {len(broken) + 1} pictures: " in run.output
     assert "Front_000007_1700000007.000000.png: no picture" in run.output
