@@ -278,7 +278,7 @@ def _explained(message: Message, error: Exception) -> EncodeError:
 DEFAULT = Codec(BY_ID.__getitem__, Message.SYNC)
 """The codec of the classes in `imc.messages`."""
 
-decode = DEFAULT.decode
+decode: Callable[[bytes], Message] = DEFAULT.decode
 
 
 def decode_datagram(data: bytes) -> Message:

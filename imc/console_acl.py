@@ -40,11 +40,15 @@ class ConsoleAcl:
 
     def __init__(self, items: Iterable[str], id_of: Callable[[str], int | None]):
         items = list(filter(None, map(str.strip, items)))
-        self.is_open = not items
-        self.listed = listed_systems((item for item in items if not item.startswith(MAVLINK)), id_of)
-        self.stations = _listed_stations(item[len(MAVLINK) :] for item in items if item.startswith(MAVLINK))
+        self.is_open: bool = not items
+        self.listed: dict[int, set[str]] = listed_systems(
+            (item for item in items if not item.startswith(MAVLINK)), id_of
+        )
+        self.stations: dict[int, set[str]] = _listed_stations(
+            item[len(MAVLINK) :] for item in items if item.startswith(MAVLINK)
+        )
         who = f"only {', '.join(items)} may" if items else "anyone who reaches it can"
-        self.risk = f"{who} command the vehicle"
+        self.risk: str = f"{who} command the vehicle"
 
     def allows(self, system: int, address: str, kind: int) -> bool:
         """Whether to take a message, given the id of its type, from a system at an address, or OVER_ZENOH."""

@@ -17,6 +17,7 @@ MESSAGES = Path(__file__).with_name("messages.py")
 _HEAD = '''"""The messages of IMC {version} and of Shoal: written by `python -m imc.generate` from imc/definitions."""
 
 from enum import IntEnum, IntFlag
+from typing import ClassVar
 
 from imc.message import Message, MessageWithLists
 '''
@@ -52,11 +53,11 @@ def _message(message: MessageType, schema: Schema) -> str:
     lists = [field.attribute for field in message.fields if field.type == "message-list"]
     base = "MessageWithLists" if lists else "Message"
     lines = [f"class {message.abbrev}({base}, frozen=True):", f'    """{message.name.rstrip(".")}."""', ""]
-    lines.append(f"    ID = {message.id}")
+    lines.append(f"    ID: ClassVar[int] = {message.id}")
     if message.fields:
-        lines.append(f'    WIRE = "{message.wire_codes}"')
+        lines.append(f'    WIRE: ClassVar[str] = "{message.wire_codes}"')
     if lists:
-        lines.append(f"    LISTS = {tuple(lists)!r}".replace("'", '"'))
+        lines.append(f"    LISTS: ClassVar[tuple[str, ...]] = {tuple(lists)!r}".replace("'", '"'))
     text = "\n\n" + "\n".join(lines) + "\n"
     for field in message.fields:
         if field.values:

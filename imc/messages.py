@@ -1,6 +1,7 @@
 """The messages of IMC 5.4.31 and of Shoal: written by `python -m imc.generate` from imc/definitions."""
 
 from enum import IntEnum, IntFlag
+from typing import ClassVar
 
 from imc.message import Message, MessageWithLists
 
@@ -104,8 +105,8 @@ class OpLimitsMask(IntFlag):
 class EntityState(Message, frozen=True):
     """Entity State."""
 
-    ID = 1
-    WIRE = "BBT"
+    ID: ClassVar[int] = 1
+    WIRE: ClassVar[str] = "BBT"
 
     class State(IntEnum):
         BOOT = 0
@@ -125,14 +126,14 @@ class EntityState(Message, frozen=True):
 class QueryEntityState(Message, frozen=True):
     """Query Entity State."""
 
-    ID = 2
+    ID: ClassVar[int] = 2
 
 
 class EntityInfo(Message, frozen=True):
     """Entity Information."""
 
-    ID = 3
-    WIRE = "BTTHH"
+    ID: ClassVar[int] = 3
+    WIRE: ClassVar[str] = "BTTHH"
 
     id: int = 0  # uint8
     label: str = ""  # plaintext
@@ -144,8 +145,8 @@ class EntityInfo(Message, frozen=True):
 class QueryEntityInfo(Message, frozen=True):
     """Query Entity Information."""
 
-    ID = 4
-    WIRE = "B"
+    ID: ClassVar[int] = 4
+    WIRE: ClassVar[str] = "B"
 
     id: int = 0  # uint8
 
@@ -153,8 +154,8 @@ class QueryEntityInfo(Message, frozen=True):
 class EntityList(Message, frozen=True):
     """Entity List."""
 
-    ID = 5
-    WIRE = "BT"
+    ID: ClassVar[int] = 5
+    WIRE: ClassVar[str] = "BT"
 
     class Op(IntEnum):
         REPORT = 0
@@ -168,8 +169,8 @@ class EntityList(Message, frozen=True):
 class CpuUsage(Message, frozen=True):
     """CPU Usage."""
 
-    ID = 7
-    WIRE = "B"
+    ID: ClassVar[int] = 7
+    WIRE: ClassVar[str] = "B"
 
     value: int = 0  # %, uint8, at most 100
 
@@ -177,8 +178,8 @@ class CpuUsage(Message, frozen=True):
 class TransportBindings(Message, frozen=True):
     """Transport Bindings."""
 
-    ID = 8
-    WIRE = "TH"
+    ID: ClassVar[int] = 8
+    WIRE: ClassVar[str] = "TH"
 
     consumer: str = ""  # plaintext
     message_id: int = 0  # uint16
@@ -187,8 +188,8 @@ class TransportBindings(Message, frozen=True):
 class RestartSystem(Message, frozen=True):
     """Restart System."""
 
-    ID = 9
-    WIRE = "B"
+    ID: ClassVar[int] = 9
+    WIRE: ClassVar[str] = "B"
 
     class Type(IntEnum):
         DUNE = 1
@@ -201,8 +202,8 @@ class RestartSystem(Message, frozen=True):
 class DevCalibrationControl(Message, frozen=True):
     """Device Calibration Control."""
 
-    ID = 12
-    WIRE = "B"
+    ID: ClassVar[int] = 12
+    WIRE: ClassVar[str] = "B"
 
     class Op(IntEnum):
         START = 0
@@ -216,8 +217,8 @@ class DevCalibrationControl(Message, frozen=True):
 class DevCalibrationState(Message, frozen=True):
     """Device Calibration State."""
 
-    ID = 13
-    WIRE = "BBTB"
+    ID: ClassVar[int] = 13
+    WIRE: ClassVar[str] = "BBTB"
 
     class Flags(IntFlag):
         PREVIOUS_NOT_SUPPORTED = 0x01
@@ -235,8 +236,8 @@ class DevCalibrationState(Message, frozen=True):
 class EntityActivationState(Message, frozen=True):
     """Entity Activation State."""
 
-    ID = 14
-    WIRE = "BT"
+    ID: ClassVar[int] = 14
+    WIRE: ClassVar[str] = "BT"
 
     class State(IntEnum):
         INACTIVE = 0
@@ -255,14 +256,14 @@ class EntityActivationState(Message, frozen=True):
 class QueryEntityActivationState(Message, frozen=True):
     """Query Entity Activation State."""
 
-    ID = 15
+    ID: ClassVar[int] = 15
 
 
 class VehicleOperationalLimits(Message, frozen=True):
     """Vehicle Operational Limits."""
 
-    ID = 16
-    WIRE = "Bfffffffffffffffff"
+    ID: ClassVar[int] = 16
+    WIRE: ClassVar[str] = "Bfffffffffffffffff"
 
     class Op(IntEnum):
         REQUEST = 0
@@ -292,9 +293,9 @@ class VehicleOperationalLimits(Message, frozen=True):
 class MsgList(MessageWithLists, frozen=True):
     """Message List."""
 
-    ID = 20
-    WIRE = "L"
-    LISTS = ("msgs",)
+    ID: ClassVar[int] = 20
+    WIRE: ClassVar[str] = "L"
+    LISTS: ClassVar[tuple[str, ...]] = ("msgs",)
 
     msgs: tuple[Message | None, ...] = ()  # message-list
 
@@ -302,8 +303,8 @@ class MsgList(MessageWithLists, frozen=True):
 class RamUsage(Message, frozen=True):
     """RAM Usage."""
 
-    ID = 21
-    WIRE = "d"
+    ID: ClassVar[int] = 21
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # KiB, fp64
 
@@ -311,8 +312,8 @@ class RamUsage(Message, frozen=True):
 class SimulatedState(Message, frozen=True):
     """Simulated State."""
 
-    ID = 50
-    WIRE = "ddffffffffffffffff"
+    ID: ClassVar[int] = 50
+    WIRE: ClassVar[str] = "ddffffffffffffffff"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -337,8 +338,8 @@ class SimulatedState(Message, frozen=True):
 class LeakSimulation(Message, frozen=True):
     """Leak Simulation."""
 
-    ID = 51
-    WIRE = "BT"
+    ID: ClassVar[int] = 51
+    WIRE: ClassVar[str] = "BT"
 
     class Op(IntEnum):
         OFF = 0
@@ -351,8 +352,8 @@ class LeakSimulation(Message, frozen=True):
 class UASimulation(Message, frozen=True):
     """Underwater Acoustics Simulation."""
 
-    ID = 52
-    WIRE = "BHR"
+    ID: ClassVar[int] = 52
+    WIRE: ClassVar[str] = "BHR"
 
     class Type(IntEnum):
         DATA = 0
@@ -367,8 +368,8 @@ class UASimulation(Message, frozen=True):
 class DynamicsSimParam(Message, frozen=True):
     """Dynamics Simulation Parameters."""
 
-    ID = 53
-    WIRE = "Bff"
+    ID: ClassVar[int] = 53
+    WIRE: ClassVar[str] = "Bff"
 
     class Op(IntEnum):
         REQUEST = 0
@@ -383,8 +384,8 @@ class DynamicsSimParam(Message, frozen=True):
 class StorageUsage(Message, frozen=True):
     """Storage Usage."""
 
-    ID = 100
-    WIRE = "IB"
+    ID: ClassVar[int] = 100
+    WIRE: ClassVar[str] = "IB"
 
     available: int = 0  # MiB, uint32
     value: int = 0  # %, uint8, at most 100
@@ -393,8 +394,8 @@ class StorageUsage(Message, frozen=True):
 class CacheControl(Message, frozen=True):
     """Cache Control."""
 
-    ID = 101
-    WIRE = "BTM"
+    ID: ClassVar[int] = 101
+    WIRE: ClassVar[str] = "BTM"
 
     class Op(IntEnum):
         STORE = 0
@@ -411,8 +412,8 @@ class CacheControl(Message, frozen=True):
 class LoggingControl(Message, frozen=True):
     """Logging Control."""
 
-    ID = 102
-    WIRE = "BT"
+    ID: ClassVar[int] = 102
+    WIRE: ClassVar[str] = "BT"
 
     class Op(IntEnum):
         REQUEST_START = 0
@@ -429,8 +430,8 @@ class LoggingControl(Message, frozen=True):
 class LogBookEntry(Message, frozen=True):
     """Log Book Entry."""
 
-    ID = 103
-    WIRE = "BdTT"
+    ID: ClassVar[int] = 103
+    WIRE: ClassVar[str] = "BdTT"
 
     class Type(IntEnum):
         INFO = 0
@@ -448,9 +449,9 @@ class LogBookEntry(Message, frozen=True):
 class LogBookControl(MessageWithLists, frozen=True):
     """Log Book Control."""
 
-    ID = 104
-    WIRE = "BdL"
-    LISTS = ("msg",)
+    ID: ClassVar[int] = 104
+    WIRE: ClassVar[str] = "BdL"
+    LISTS: ClassVar[tuple[str, ...]] = ("msg",)
 
     class Command(IntEnum):
         GET = 0
@@ -466,8 +467,8 @@ class LogBookControl(MessageWithLists, frozen=True):
 class ReplayControl(Message, frozen=True):
     """Replay Control."""
 
-    ID = 105
-    WIRE = "BT"
+    ID: ClassVar[int] = 105
+    WIRE: ClassVar[str] = "BT"
 
     class Op(IntEnum):
         START = 0
@@ -482,8 +483,8 @@ class ReplayControl(Message, frozen=True):
 class ClockControl(Message, frozen=True):
     """Clock Control."""
 
-    ID = 106
-    WIRE = "Bdb"
+    ID: ClassVar[int] = 106
+    WIRE: ClassVar[str] = "Bdb"
 
     class Op(IntEnum):
         SYNC_EXEC = 0
@@ -501,8 +502,8 @@ class ClockControl(Message, frozen=True):
 class HistoricCTD(Message, frozen=True):
     """Historic CTD."""
 
-    ID = 107
-    WIRE = "fff"
+    ID: ClassVar[int] = 107
+    WIRE: ClassVar[str] = "fff"
 
     conductivity: float = 0.0  # S/m, fp32
     temperature: float = 0.0  # °C, fp32
@@ -512,8 +513,8 @@ class HistoricCTD(Message, frozen=True):
 class HistoricTelemetry(Message, frozen=True):
     """Historic Telemetry."""
 
-    ID = 108
-    WIRE = "fHHHh"
+    ID: ClassVar[int] = 108
+    WIRE: ClassVar[str] = "fHHHh"
 
     altitude: float = 0.0  # m, fp32
     roll: int = 0  # uint16
@@ -525,8 +526,8 @@ class HistoricTelemetry(Message, frozen=True):
 class HistoricSonarData(Message, frozen=True):
     """Historic Sonar Data."""
 
-    ID = 109
-    WIRE = "ffffhBR"
+    ID: ClassVar[int] = 109
+    WIRE: ClassVar[str] = "ffffhBR"
 
     class Encoding(IntEnum):
         ONE_BYTE_PER_PIXEL = 0
@@ -545,8 +546,8 @@ class HistoricSonarData(Message, frozen=True):
 class HistoricEvent(Message, frozen=True):
     """Historic Event."""
 
-    ID = 110
-    WIRE = "TB"
+    ID: ClassVar[int] = 110
+    WIRE: ClassVar[str] = "TB"
 
     class Type(IntEnum):
         INFO = 0
@@ -559,9 +560,9 @@ class HistoricEvent(Message, frozen=True):
 class VerticalProfile(MessageWithLists, frozen=True):
     """Vertical Profile."""
 
-    ID = 111
-    WIRE = "BBLdd"
-    LISTS = ("samples",)
+    ID: ClassVar[int] = 111
+    WIRE: ClassVar[str] = "BBLdd"
+    LISTS: ClassVar[tuple[str, ...]] = ("samples",)
 
     class Parameter(IntEnum):
         TEMPERATURE = 0
@@ -588,8 +589,8 @@ class VerticalProfile(MessageWithLists, frozen=True):
 class ProfileSample(Message, frozen=True):
     """Profile Sample."""
 
-    ID = 112
-    WIRE = "Hf"
+    ID: ClassVar[int] = 112
+    WIRE: ClassVar[str] = "Hf"
 
     depth: int = 0  # dm, uint16
     avg: float = 0.0  # fp32
@@ -598,14 +599,14 @@ class ProfileSample(Message, frozen=True):
 class Heartbeat(Message, frozen=True):
     """Heartbeat."""
 
-    ID = 150
+    ID: ClassVar[int] = 150
 
 
 class Announce(Message, frozen=True):
     """Announce."""
 
-    ID = 151
-    WIRE = "TBHddfT"
+    ID: ClassVar[int] = 151
+    WIRE: ClassVar[str] = "TBHddfT"
 
     sys_name: str = ""  # plaintext
     sys_type: int = 0  # uint8, SystemType
@@ -619,8 +620,8 @@ class Announce(Message, frozen=True):
 class AnnounceService(Message, frozen=True):
     """Announce Service."""
 
-    ID = 152
-    WIRE = "TB"
+    ID: ClassVar[int] = 152
+    WIRE: ClassVar[str] = "TB"
 
     class ServiceType(IntFlag):
         EXTERNAL = 0x1
@@ -633,8 +634,8 @@ class AnnounceService(Message, frozen=True):
 class RSSI(Message, frozen=True):
     """Receive Signal Strength Information."""
 
-    ID = 153
-    WIRE = "f"
+    ID: ClassVar[int] = 153
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # %, fp32, at most 100
 
@@ -642,8 +643,8 @@ class RSSI(Message, frozen=True):
 class VSWR(Message, frozen=True):
     """Voltage Standing Wave Ratio."""
 
-    ID = 154
-    WIRE = "f"
+    ID: ClassVar[int] = 154
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # fp32
 
@@ -651,8 +652,8 @@ class VSWR(Message, frozen=True):
 class LinkLevel(Message, frozen=True):
     """Link Level."""
 
-    ID = 155
-    WIRE = "f"
+    ID: ClassVar[int] = 155
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # fp32
 
@@ -660,8 +661,8 @@ class LinkLevel(Message, frozen=True):
 class Sms(Message, frozen=True):
     """SMS."""
 
-    ID = 156
-    WIRE = "THT"
+    ID: ClassVar[int] = 156
+    WIRE: ClassVar[str] = "THT"
 
     number: str = ""  # plaintext
     timeout: int = 0  # uint16
@@ -671,8 +672,8 @@ class Sms(Message, frozen=True):
 class SmsTx(Message, frozen=True):
     """SMS Transmit."""
 
-    ID = 157
-    WIRE = "ITHR"
+    ID: ClassVar[int] = 157
+    WIRE: ClassVar[str] = "ITHR"
 
     seq: int = 0  # uint32
     destination: str = ""  # plaintext
@@ -683,8 +684,8 @@ class SmsTx(Message, frozen=True):
 class SmsRx(Message, frozen=True):
     """SMS Receive."""
 
-    ID = 158
-    WIRE = "TR"
+    ID: ClassVar[int] = 158
+    WIRE: ClassVar[str] = "TR"
 
     source: str = ""  # plaintext
     data: bytes = b""  # rawdata
@@ -693,8 +694,8 @@ class SmsRx(Message, frozen=True):
 class SmsState(Message, frozen=True):
     """SMS State."""
 
-    ID = 159
-    WIRE = "IBT"
+    ID: ClassVar[int] = 159
+    WIRE: ClassVar[str] = "IBT"
 
     class State(IntEnum):
         ACCEPTED = 0
@@ -713,8 +714,8 @@ class SmsState(Message, frozen=True):
 class TextMessage(Message, frozen=True):
     """Text Message."""
 
-    ID = 160
-    WIRE = "TT"
+    ID: ClassVar[int] = 160
+    WIRE: ClassVar[str] = "TT"
 
     origin: str = ""  # plaintext
     text: str = ""  # plaintext
@@ -723,8 +724,8 @@ class TextMessage(Message, frozen=True):
 class IridiumMsgRx(Message, frozen=True):
     """Received Iridium Message."""
 
-    ID = 170
-    WIRE = "TdddR"
+    ID: ClassVar[int] = 170
+    WIRE: ClassVar[str] = "TdddR"
 
     origin: str = ""  # plaintext
     htime: float = 0.0  # s, fp64
@@ -736,8 +737,8 @@ class IridiumMsgRx(Message, frozen=True):
 class IridiumMsgTx(Message, frozen=True):
     """Transmit Iridium Message."""
 
-    ID = 171
-    WIRE = "HHTR"
+    ID: ClassVar[int] = 171
+    WIRE: ClassVar[str] = "HHTR"
 
     req_id: int = 0  # uint16
     ttl: int = 0  # s, uint16
@@ -748,8 +749,8 @@ class IridiumMsgTx(Message, frozen=True):
 class IridiumTxStatus(Message, frozen=True):
     """Iridium Transmission Status."""
 
-    ID = 172
-    WIRE = "HBT"
+    ID: ClassVar[int] = 172
+    WIRE: ClassVar[str] = "HBT"
 
     class Status(IntEnum):
         OK = 1
@@ -767,8 +768,8 @@ class IridiumTxStatus(Message, frozen=True):
 class GroupMembershipState(Message, frozen=True):
     """Group Membership State."""
 
-    ID = 180
-    WIRE = "TI"
+    ID: ClassVar[int] = 180
+    WIRE: ClassVar[str] = "TI"
 
     group_name: str = ""  # plaintext
     links: int = 0  # uint32
@@ -777,8 +778,8 @@ class GroupMembershipState(Message, frozen=True):
 class SystemGroup(Message, frozen=True):
     """System Group."""
 
-    ID = 181
-    WIRE = "TBT"
+    ID: ClassVar[int] = 181
+    WIRE: ClassVar[str] = "TBT"
 
     class Action(IntEnum):
         Dis = 0
@@ -796,8 +797,8 @@ class SystemGroup(Message, frozen=True):
 class LinkLatency(Message, frozen=True):
     """Link Latency."""
 
-    ID = 182
-    WIRE = "fH"
+    ID: ClassVar[int] = 182
+    WIRE: ClassVar[str] = "fH"
 
     value: float = 0.0  # s, fp32, at least 0
     sys_src: int = 0  # uint16
@@ -806,8 +807,8 @@ class LinkLatency(Message, frozen=True):
 class ExtendedRSSI(Message, frozen=True):
     """Extended Receive Signal Strength Information."""
 
-    ID = 183
-    WIRE = "fB"
+    ID: ClassVar[int] = 183
+    WIRE: ClassVar[str] = "fB"
 
     value: float = 0.0  # fp32
     units: int = 0  # uint8, RSSIUnits
@@ -816,9 +817,9 @@ class ExtendedRSSI(Message, frozen=True):
 class HistoricData(MessageWithLists, frozen=True):
     """Historic Data Series."""
 
-    ID = 184
-    WIRE = "fffL"
-    LISTS = ("data",)
+    ID: ClassVar[int] = 184
+    WIRE: ClassVar[str] = "fffL"
+    LISTS: ClassVar[tuple[str, ...]] = ("data",)
 
     base_lat: float = 0.0  # °, fp32
     base_lon: float = 0.0  # °, fp32
@@ -829,8 +830,8 @@ class HistoricData(MessageWithLists, frozen=True):
 class CompressedHistory(Message, frozen=True):
     """Compressed Historic Data Series."""
 
-    ID = 185
-    WIRE = "fffR"
+    ID: ClassVar[int] = 185
+    WIRE: ClassVar[str] = "fffR"
 
     base_lat: float = 0.0  # °, fp32
     base_lon: float = 0.0  # °, fp32
@@ -841,8 +842,8 @@ class CompressedHistory(Message, frozen=True):
 class HistoricSample(Message, frozen=True):
     """Historic Data Sample."""
 
-    ID = 186
-    WIRE = "HbhhhhM"
+    ID: ClassVar[int] = 186
+    WIRE: ClassVar[str] = "HbhhhhM"
 
     sys_id: int = 0  # uint16
     priority: int = 0  # int8
@@ -856,8 +857,8 @@ class HistoricSample(Message, frozen=True):
 class HistoricDataQuery(Message, frozen=True):
     """Historic Data Query."""
 
-    ID = 187
-    WIRE = "HBHM"
+    ID: ClassVar[int] = 187
+    WIRE: ClassVar[str] = "HBHM"
 
     class Type(IntEnum):
         QUERY = 1
@@ -873,8 +874,8 @@ class HistoricDataQuery(Message, frozen=True):
 class RemoteCommand(Message, frozen=True):
     """Remote Command."""
 
-    ID = 188
-    WIRE = "HHdM"
+    ID: ClassVar[int] = 188
+    WIRE: ClassVar[str] = "HHdM"
 
     original_source: int = 0  # uint16
     destination: int = 0  # uint16
@@ -885,8 +886,8 @@ class RemoteCommand(Message, frozen=True):
 class CommSystemsQuery(Message, frozen=True):
     """Communication Systems Query."""
 
-    ID = 189
-    WIRE = "BHHT"
+    ID: ClassVar[int] = 189
+    WIRE: ClassVar[str] = "BHHT"
 
     class Type(IntFlag):
         QUERY = 0x1
@@ -913,8 +914,8 @@ class CommSystemsQuery(Message, frozen=True):
 class TelemetryMsg(Message, frozen=True):
     """Telemetry Message."""
 
-    ID = 190
-    WIRE = "BIHBTTBBR"
+    ID: ClassVar[int] = 190
+    WIRE: ClassVar[str] = "BIHBTTBBR"
 
     class Type(IntEnum):
         TX = 1
@@ -956,8 +957,8 @@ class TelemetryMsg(Message, frozen=True):
 class LblRange(Message, frozen=True):
     """LBL Range."""
 
-    ID = 200
-    WIRE = "Bf"
+    ID: ClassVar[int] = 200
+    WIRE: ClassVar[str] = "Bf"
 
     id: int = 0  # uint8
     range: float = 0.0  # m, fp32
@@ -966,8 +967,8 @@ class LblRange(Message, frozen=True):
 class LblBeacon(Message, frozen=True):
     """LBL Beacon Configuration."""
 
-    ID = 202
-    WIRE = "TddfBBB"
+    ID: ClassVar[int] = 202
+    WIRE: ClassVar[str] = "TddfBBB"
 
     beacon: str = ""  # plaintext
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -981,9 +982,9 @@ class LblBeacon(Message, frozen=True):
 class LblConfig(MessageWithLists, frozen=True):
     """LBL Configuration."""
 
-    ID = 203
-    WIRE = "BL"
-    LISTS = ("beacons",)
+    ID: ClassVar[int] = 203
+    WIRE: ClassVar[str] = "BL"
+    LISTS: ClassVar[tuple[str, ...]] = ("beacons",)
 
     class Op(IntEnum):
         SET_CFG = 0
@@ -997,8 +998,8 @@ class LblConfig(MessageWithLists, frozen=True):
 class AcousticMessage(Message, frozen=True):
     """Acoustic Message."""
 
-    ID = 206
-    WIRE = "M"
+    ID: ClassVar[int] = 206
+    WIRE: ClassVar[str] = "M"
 
     message: Message | None = None  # message
 
@@ -1006,8 +1007,8 @@ class AcousticMessage(Message, frozen=True):
 class SimAcousticMessage(Message, frozen=True):
     """Simulated Acoustic Message."""
 
-    ID = 207
-    WIRE = "ddfTdTTHTBR"
+    ID: ClassVar[int] = 207
+    WIRE: ClassVar[str] = "ddfTdTTHTBR"
 
     class Flags(IntFlag):
         ACK = 0x1
@@ -1030,8 +1031,8 @@ class SimAcousticMessage(Message, frozen=True):
 class AcousticOperation(Message, frozen=True):
     """Acoustic Operation."""
 
-    ID = 211
-    WIRE = "BTfM"
+    ID: ClassVar[int] = 211
+    WIRE: ClassVar[str] = "BTfM"
 
     class Op(IntEnum):
         ABORT = 0
@@ -1064,14 +1065,14 @@ class AcousticOperation(Message, frozen=True):
 class AcousticSystemsQuery(Message, frozen=True):
     """Acoustic Systems Query."""
 
-    ID = 212
+    ID: ClassVar[int] = 212
 
 
 class AcousticSystems(Message, frozen=True):
     """Acoustic Systems."""
 
-    ID = 213
-    WIRE = "T"
+    ID: ClassVar[int] = 213
+    WIRE: ClassVar[str] = "T"
 
     list: str = ""  # List, plaintext
 
@@ -1079,8 +1080,8 @@ class AcousticSystems(Message, frozen=True):
 class AcousticLink(Message, frozen=True):
     """Acoustic Link Quality."""
 
-    ID = 214
-    WIRE = "TfH"
+    ID: ClassVar[int] = 214
+    WIRE: ClassVar[str] = "TfH"
 
     peer: str = ""  # plaintext
     rssi: float = 0.0  # dB, fp32
@@ -1090,8 +1091,8 @@ class AcousticLink(Message, frozen=True):
 class AcousticRequest(Message, frozen=True):
     """Acoustic Transmission Request."""
 
-    ID = 215
-    WIRE = "HTdfBM"
+    ID: ClassVar[int] = 215
+    WIRE: ClassVar[str] = "HTdfBM"
 
     class Type(IntEnum):
         ABORT = 0
@@ -1111,8 +1112,8 @@ class AcousticRequest(Message, frozen=True):
 class AcousticStatus(Message, frozen=True):
     """Acoustic Transmission Status."""
 
-    ID = 216
-    WIRE = "HBBTf"
+    ID: ClassVar[int] = 216
+    WIRE: ClassVar[str] = "HBBTf"
 
     class Type(IntEnum):
         ABORT = 0
@@ -1143,8 +1144,8 @@ class AcousticStatus(Message, frozen=True):
 class AcousticRelease(Message, frozen=True):
     """Acoustic Release Request."""
 
-    ID = 217
-    WIRE = "TB"
+    ID: ClassVar[int] = 217
+    WIRE: ClassVar[str] = "TB"
 
     class Op(IntEnum):
         OPEN = 0
@@ -1157,8 +1158,8 @@ class AcousticRelease(Message, frozen=True):
 class Rpm(Message, frozen=True):
     """Revolutions Per Minute."""
 
-    ID = 250
-    WIRE = "h"
+    ID: ClassVar[int] = 250
+    WIRE: ClassVar[str] = "h"
 
     value: int = 0  # rpm, int16
 
@@ -1166,8 +1167,8 @@ class Rpm(Message, frozen=True):
 class Voltage(Message, frozen=True):
     """Voltage."""
 
-    ID = 251
-    WIRE = "f"
+    ID: ClassVar[int] = 251
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # V, fp32
 
@@ -1175,8 +1176,8 @@ class Voltage(Message, frozen=True):
 class Current(Message, frozen=True):
     """Current."""
 
-    ID = 252
-    WIRE = "f"
+    ID: ClassVar[int] = 252
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # A, fp32
 
@@ -1184,8 +1185,8 @@ class Current(Message, frozen=True):
 class GpsFix(Message, frozen=True):
     """GPS Fix."""
 
-    ID = 253
-    WIRE = "HBHBBfddfBffffff"
+    ID: ClassVar[int] = 253
+    WIRE: ClassVar[str] = "HBHBBfddfBffffff"
 
     class Validity(IntFlag):
         VALID_DATE = 0x001
@@ -1226,8 +1227,8 @@ class GpsFix(Message, frozen=True):
 class EulerAngles(Message, frozen=True):
     """Euler Angles."""
 
-    ID = 254
-    WIRE = "ddddd"
+    ID: ClassVar[int] = 254
+    WIRE: ClassVar[str] = "ddddd"
 
     time: float = 0.0  # s, fp64
     phi: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -1239,8 +1240,8 @@ class EulerAngles(Message, frozen=True):
 class EulerAnglesDelta(Message, frozen=True):
     """Euler Angles Delta."""
 
-    ID = 255
-    WIRE = "ddddf"
+    ID: ClassVar[int] = 255
+    WIRE: ClassVar[str] = "ddddf"
 
     time: float = 0.0  # s, fp64
     x: float = 0.0  # rad, fp64
@@ -1252,8 +1253,8 @@ class EulerAnglesDelta(Message, frozen=True):
 class AngularVelocity(Message, frozen=True):
     """Angular Velocity."""
 
-    ID = 256
-    WIRE = "dddd"
+    ID: ClassVar[int] = 256
+    WIRE: ClassVar[str] = "dddd"
 
     time: float = 0.0  # s, fp64
     x: float = 0.0  # rad/s, fp64
@@ -1264,8 +1265,8 @@ class AngularVelocity(Message, frozen=True):
 class Acceleration(Message, frozen=True):
     """Acceleration."""
 
-    ID = 257
-    WIRE = "dddd"
+    ID: ClassVar[int] = 257
+    WIRE: ClassVar[str] = "dddd"
 
     time: float = 0.0  # s, fp64
     x: float = 0.0  # m/s/s, fp64
@@ -1276,8 +1277,8 @@ class Acceleration(Message, frozen=True):
 class MagneticField(Message, frozen=True):
     """Magnetic Field."""
 
-    ID = 258
-    WIRE = "dddd"
+    ID: ClassVar[int] = 258
+    WIRE: ClassVar[str] = "dddd"
 
     time: float = 0.0  # s, fp64
     x: float = 0.0  # G, fp64
@@ -1288,8 +1289,8 @@ class MagneticField(Message, frozen=True):
 class GroundVelocity(Message, frozen=True):
     """Ground Velocity."""
 
-    ID = 259
-    WIRE = "Bddd"
+    ID: ClassVar[int] = 259
+    WIRE: ClassVar[str] = "Bddd"
 
     class Validity(IntFlag):
         VEL_X = 0x1
@@ -1305,8 +1306,8 @@ class GroundVelocity(Message, frozen=True):
 class WaterVelocity(Message, frozen=True):
     """Water Velocity."""
 
-    ID = 260
-    WIRE = "Bddd"
+    ID: ClassVar[int] = 260
+    WIRE: ClassVar[str] = "Bddd"
 
     class Validity(IntFlag):
         VEL_X = 0x1
@@ -1322,8 +1323,8 @@ class WaterVelocity(Message, frozen=True):
 class VelocityDelta(Message, frozen=True):
     """Velocity Delta."""
 
-    ID = 261
-    WIRE = "dddd"
+    ID: ClassVar[int] = 261
+    WIRE: ClassVar[str] = "dddd"
 
     time: float = 0.0  # s, fp64
     x: float = 0.0  # m/s, fp64
@@ -1334,9 +1335,9 @@ class VelocityDelta(Message, frozen=True):
 class Distance(MessageWithLists, frozen=True):
     """Distance."""
 
-    ID = 262
-    WIRE = "BLLf"
-    LISTS = ("location", "beam_config")
+    ID: ClassVar[int] = 262
+    WIRE: ClassVar[str] = "BLLf"
+    LISTS: ClassVar[tuple[str, ...]] = ("location", "beam_config")
 
     class Validity(IntEnum):
         INVALID = 0
@@ -1351,8 +1352,8 @@ class Distance(MessageWithLists, frozen=True):
 class Temperature(Message, frozen=True):
     """Temperature."""
 
-    ID = 263
-    WIRE = "f"
+    ID: ClassVar[int] = 263
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # °C, fp32
 
@@ -1360,8 +1361,8 @@ class Temperature(Message, frozen=True):
 class Pressure(Message, frozen=True):
     """Pressure."""
 
-    ID = 264
-    WIRE = "d"
+    ID: ClassVar[int] = 264
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # hPa, fp64
 
@@ -1369,8 +1370,8 @@ class Pressure(Message, frozen=True):
 class Depth(Message, frozen=True):
     """Depth."""
 
-    ID = 265
-    WIRE = "f"
+    ID: ClassVar[int] = 265
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # m, fp32
 
@@ -1378,8 +1379,8 @@ class Depth(Message, frozen=True):
 class DepthOffset(Message, frozen=True):
     """Depth Offset."""
 
-    ID = 266
-    WIRE = "f"
+    ID: ClassVar[int] = 266
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # m, fp32
 
@@ -1387,8 +1388,8 @@ class DepthOffset(Message, frozen=True):
 class SoundSpeed(Message, frozen=True):
     """Sound Speed."""
 
-    ID = 267
-    WIRE = "f"
+    ID: ClassVar[int] = 267
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # m/s, fp32
 
@@ -1396,8 +1397,8 @@ class SoundSpeed(Message, frozen=True):
 class WaterDensity(Message, frozen=True):
     """Water Density."""
 
-    ID = 268
-    WIRE = "f"
+    ID: ClassVar[int] = 268
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # kg/m/m/m, fp32
 
@@ -1405,8 +1406,8 @@ class WaterDensity(Message, frozen=True):
 class Conductivity(Message, frozen=True):
     """Conductivity."""
 
-    ID = 269
-    WIRE = "f"
+    ID: ClassVar[int] = 269
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # S/m, fp32
 
@@ -1414,8 +1415,8 @@ class Conductivity(Message, frozen=True):
 class Salinity(Message, frozen=True):
     """Salinity."""
 
-    ID = 270
-    WIRE = "f"
+    ID: ClassVar[int] = 270
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PSU, fp32
 
@@ -1423,8 +1424,8 @@ class Salinity(Message, frozen=True):
 class WindSpeed(Message, frozen=True):
     """Wind Speed."""
 
-    ID = 271
-    WIRE = "fff"
+    ID: ClassVar[int] = 271
+    WIRE: ClassVar[str] = "fff"
 
     direction: float = 0.0  # rad, fp32
     speed: float = 0.0  # m/s, fp32
@@ -1434,8 +1435,8 @@ class WindSpeed(Message, frozen=True):
 class RelativeHumidity(Message, frozen=True):
     """Relative Humidity."""
 
-    ID = 272
-    WIRE = "f"
+    ID: ClassVar[int] = 272
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # fp32, 0 to 100
 
@@ -1443,8 +1444,8 @@ class RelativeHumidity(Message, frozen=True):
 class DevDataText(Message, frozen=True):
     """Device Data (Text)."""
 
-    ID = 273
-    WIRE = "T"
+    ID: ClassVar[int] = 273
+    WIRE: ClassVar[str] = "T"
 
     value: str = ""  # plaintext
 
@@ -1452,8 +1453,8 @@ class DevDataText(Message, frozen=True):
 class DevDataBinary(Message, frozen=True):
     """Device Data (Binary)."""
 
-    ID = 274
-    WIRE = "R"
+    ID: ClassVar[int] = 274
+    WIRE: ClassVar[str] = "R"
 
     value: bytes = b""  # rawdata
 
@@ -1461,8 +1462,8 @@ class DevDataBinary(Message, frozen=True):
 class Force(Message, frozen=True):
     """Force."""
 
-    ID = 275
-    WIRE = "f"
+    ID: ClassVar[int] = 275
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # N, fp32
 
@@ -1470,9 +1471,9 @@ class Force(Message, frozen=True):
 class SonarData(MessageWithLists, frozen=True):
     """Sonar Data."""
 
-    ID = 276
-    WIRE = "BIHHBfLR"
-    LISTS = ("beam_config",)
+    ID: ClassVar[int] = 276
+    WIRE: ClassVar[str] = "BIHHBfLR"
+    LISTS: ClassVar[tuple[str, ...]] = ("beam_config",)
 
     class Type(IntEnum):
         SIDESCAN = 0
@@ -1493,14 +1494,14 @@ class SonarData(MessageWithLists, frozen=True):
 class Pulse(Message, frozen=True):
     """Pulse."""
 
-    ID = 277
+    ID: ClassVar[int] = 277
 
 
 class PulseDetectionControl(Message, frozen=True):
     """Pulse Detection Control."""
 
-    ID = 278
-    WIRE = "B"
+    ID: ClassVar[int] = 278
+    WIRE: ClassVar[str] = "B"
 
     class Op(IntEnum):
         OFF = 0
@@ -1512,8 +1513,8 @@ class PulseDetectionControl(Message, frozen=True):
 class FuelLevel(Message, frozen=True):
     """Fuel Level."""
 
-    ID = 279
-    WIRE = "ffT"
+    ID: ClassVar[int] = 279
+    WIRE: ClassVar[str] = "ffT"
 
     value: float = 0.0  # %, fp32, 0 to 100
     confidence: float = 0.0  # %, fp32, 0 to 100
@@ -1523,8 +1524,8 @@ class FuelLevel(Message, frozen=True):
 class GpsNavData(Message, frozen=True):
     """GPS Navigation Data."""
 
-    ID = 280
-    WIRE = "Iddffffffffffff"
+    ID: ClassVar[int] = 280
+    WIRE: ClassVar[str] = "Iddffffffffffff"
 
     itow: int = 0  # ms, uint32
     lat: float = 0.0  # rad, fp64
@@ -1546,8 +1547,8 @@ class GpsNavData(Message, frozen=True):
 class ServoPosition(Message, frozen=True):
     """Servo Position."""
 
-    ID = 281
-    WIRE = "Bf"
+    ID: ClassVar[int] = 281
+    WIRE: ClassVar[str] = "Bf"
 
     id: int = 0  # uint8
     value: float = 0.0  # rad, fp32, -1.5708 to 1.5708
@@ -1556,8 +1557,8 @@ class ServoPosition(Message, frozen=True):
 class DeviceState(Message, frozen=True):
     """Device State."""
 
-    ID = 282
-    WIRE = "ffffff"
+    ID: ClassVar[int] = 282
+    WIRE: ClassVar[str] = "ffffff"
 
     x: float = 0.0  # m, fp32
     y: float = 0.0  # m, fp32
@@ -1570,8 +1571,8 @@ class DeviceState(Message, frozen=True):
 class BeamConfig(Message, frozen=True):
     """Beam Configuration."""
 
-    ID = 283
-    WIRE = "ff"
+    ID: ClassVar[int] = 283
+    WIRE: ClassVar[str] = "ff"
 
     beam_width: float = 0.0  # rad, fp32, 0 to 3.14159
     beam_height: float = 0.0  # rad, fp32, 0 to 3.14159
@@ -1580,8 +1581,8 @@ class BeamConfig(Message, frozen=True):
 class DataSanity(Message, frozen=True):
     """Data Sanity."""
 
-    ID = 284
-    WIRE = "B"
+    ID: ClassVar[int] = 284
+    WIRE: ClassVar[str] = "B"
 
     class Sane(IntEnum):
         SANE = 0
@@ -1593,8 +1594,8 @@ class DataSanity(Message, frozen=True):
 class RhodamineDye(Message, frozen=True):
     """Rhodamine Dye."""
 
-    ID = 285
-    WIRE = "f"
+    ID: ClassVar[int] = 285
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -1602,8 +1603,8 @@ class RhodamineDye(Message, frozen=True):
 class CrudeOil(Message, frozen=True):
     """Crude Oil."""
 
-    ID = 286
-    WIRE = "f"
+    ID: ClassVar[int] = 286
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -1611,8 +1612,8 @@ class CrudeOil(Message, frozen=True):
 class FineOil(Message, frozen=True):
     """Fine Oil."""
 
-    ID = 287
-    WIRE = "f"
+    ID: ClassVar[int] = 287
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -1620,8 +1621,8 @@ class FineOil(Message, frozen=True):
 class Turbidity(Message, frozen=True):
     """Turbidity."""
 
-    ID = 288
-    WIRE = "f"
+    ID: ClassVar[int] = 288
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # NTU, fp32
 
@@ -1629,8 +1630,8 @@ class Turbidity(Message, frozen=True):
 class Chlorophyll(Message, frozen=True):
     """Chlorophyll."""
 
-    ID = 289
-    WIRE = "f"
+    ID: ClassVar[int] = 289
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # µg/L, fp32
 
@@ -1638,8 +1639,8 @@ class Chlorophyll(Message, frozen=True):
 class Fluorescein(Message, frozen=True):
     """Fluorescein."""
 
-    ID = 290
-    WIRE = "f"
+    ID: ClassVar[int] = 290
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -1647,8 +1648,8 @@ class Fluorescein(Message, frozen=True):
 class Phycocyanin(Message, frozen=True):
     """Phycocyanin."""
 
-    ID = 291
-    WIRE = "f"
+    ID: ClassVar[int] = 291
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -1656,8 +1657,8 @@ class Phycocyanin(Message, frozen=True):
 class Phycoerythrin(Message, frozen=True):
     """Phycoerythrin."""
 
-    ID = 292
-    WIRE = "f"
+    ID: ClassVar[int] = 292
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -1665,8 +1666,8 @@ class Phycoerythrin(Message, frozen=True):
 class GpsFixRtk(Message, frozen=True):
     """GPS Fix RTK."""
 
-    ID = 293
-    WIRE = "HBIddfffffffBHf"
+    ID: ClassVar[int] = 293
+    WIRE: ClassVar[str] = "HBIddfffffffBHf"
 
     class Validity(IntFlag):
         VALID_TIME = 0x1
@@ -1700,8 +1701,8 @@ class GpsFixRtk(Message, frozen=True):
 class ExternalNavData(Message, frozen=True):
     """External Navigation Data."""
 
-    ID = 294
-    WIRE = "MB"
+    ID: ClassVar[int] = 294
+    WIRE: ClassVar[str] = "MB"
 
     class Type(IntEnum):
         FULL = 0
@@ -1715,8 +1716,8 @@ class ExternalNavData(Message, frozen=True):
 class DissolvedOxygen(Message, frozen=True):
     """Dissolved Oxygen."""
 
-    ID = 295
-    WIRE = "f"
+    ID: ClassVar[int] = 295
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # µM, fp32
 
@@ -1724,8 +1725,8 @@ class DissolvedOxygen(Message, frozen=True):
 class AirSaturation(Message, frozen=True):
     """Air Saturation."""
 
-    ID = 296
-    WIRE = "f"
+    ID: ClassVar[int] = 296
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # %, fp32
 
@@ -1733,8 +1734,8 @@ class AirSaturation(Message, frozen=True):
 class Throttle(Message, frozen=True):
     """Throttle."""
 
-    ID = 297
-    WIRE = "d"
+    ID: ClassVar[int] = 297
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # %, fp64
 
@@ -1742,8 +1743,8 @@ class Throttle(Message, frozen=True):
 class PH(Message, frozen=True):
     """pH."""
 
-    ID = 298
-    WIRE = "f"
+    ID: ClassVar[int] = 298
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # fp32
 
@@ -1751,8 +1752,8 @@ class PH(Message, frozen=True):
 class Redox(Message, frozen=True):
     """Redox Potential."""
 
-    ID = 299
-    WIRE = "f"
+    ID: ClassVar[int] = 299
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # V, fp32
 
@@ -1760,8 +1761,8 @@ class Redox(Message, frozen=True):
 class CameraZoom(Message, frozen=True):
     """Camera Zoom."""
 
-    ID = 300
-    WIRE = "BBB"
+    ID: ClassVar[int] = 300
+    WIRE: ClassVar[str] = "BBB"
 
     class Action(IntEnum):
         ZOOM_RESET = 0
@@ -1777,8 +1778,8 @@ class CameraZoom(Message, frozen=True):
 class SetThrusterActuation(Message, frozen=True):
     """Set Thruster Actuation."""
 
-    ID = 301
-    WIRE = "Bf"
+    ID: ClassVar[int] = 301
+    WIRE: ClassVar[str] = "Bf"
 
     id: int = 0  # uint8
     value: float = 0.0  # fp32, -1 to 1
@@ -1787,8 +1788,8 @@ class SetThrusterActuation(Message, frozen=True):
 class SetServoPosition(Message, frozen=True):
     """Set Servo Position."""
 
-    ID = 302
-    WIRE = "Bf"
+    ID: ClassVar[int] = 302
+    WIRE: ClassVar[str] = "Bf"
 
     id: int = 0  # uint8
     value: float = 0.0  # rad, fp32, -1.5708 to 1.5708
@@ -1797,8 +1798,8 @@ class SetServoPosition(Message, frozen=True):
 class SetControlSurfaceDeflection(Message, frozen=True):
     """Set Control Surface Deflection."""
 
-    ID = 303
-    WIRE = "Bf"
+    ID: ClassVar[int] = 303
+    WIRE: ClassVar[str] = "Bf"
 
     id: int = 0  # uint8
     angle: float = 0.0  # rad, fp32
@@ -1807,8 +1808,8 @@ class SetControlSurfaceDeflection(Message, frozen=True):
 class RemoteActionsRequest(Message, frozen=True):
     """Remote Actions Request."""
 
-    ID = 304
-    WIRE = "BT"
+    ID: ClassVar[int] = 304
+    WIRE: ClassVar[str] = "BT"
 
     class Op(IntEnum):
         REPORT = 0
@@ -1822,8 +1823,8 @@ class RemoteActionsRequest(Message, frozen=True):
 class RemoteActions(Message, frozen=True):
     """Remote Actions."""
 
-    ID = 305
-    WIRE = "T"
+    ID: ClassVar[int] = 305
+    WIRE: ClassVar[str] = "T"
 
     actions: str = ""  # TupleList, plaintext
 
@@ -1831,8 +1832,8 @@ class RemoteActions(Message, frozen=True):
 class ButtonEvent(Message, frozen=True):
     """Button Event."""
 
-    ID = 306
-    WIRE = "BB"
+    ID: ClassVar[int] = 306
+    WIRE: ClassVar[str] = "BB"
 
     button: int = 0  # uint8
     value: int = 0  # uint8
@@ -1841,8 +1842,8 @@ class ButtonEvent(Message, frozen=True):
 class LcdControl(Message, frozen=True):
     """LCD Control."""
 
-    ID = 307
-    WIRE = "BT"
+    ID: ClassVar[int] = 307
+    WIRE: ClassVar[str] = "BT"
 
     class Op(IntEnum):
         TURN_OFF = 0
@@ -1858,8 +1859,8 @@ class LcdControl(Message, frozen=True):
 class PowerOperation(Message, frozen=True):
     """Power Operation."""
 
-    ID = 308
-    WIRE = "Bfd"
+    ID: ClassVar[int] = 308
+    WIRE: ClassVar[str] = "Bfd"
 
     class Op(IntEnum):
         PWR_DOWN = 0
@@ -1878,8 +1879,8 @@ class PowerOperation(Message, frozen=True):
 class PowerChannelControl(Message, frozen=True):
     """Power Channel Control."""
 
-    ID = 309
-    WIRE = "TBd"
+    ID: ClassVar[int] = 309
+    WIRE: ClassVar[str] = "TBd"
 
     class Op(IntEnum):
         TURN_OFF = 0
@@ -1899,14 +1900,14 @@ class PowerChannelControl(Message, frozen=True):
 class QueryPowerChannelState(Message, frozen=True):
     """Query Power Channel State."""
 
-    ID = 310
+    ID: ClassVar[int] = 310
 
 
 class PowerChannelState(Message, frozen=True):
     """Power Channel State."""
 
-    ID = 311
-    WIRE = "TB"
+    ID: ClassVar[int] = 311
+    WIRE: ClassVar[str] = "TB"
 
     class State(IntEnum):
         OFF = 0
@@ -1919,8 +1920,8 @@ class PowerChannelState(Message, frozen=True):
 class LedBrightness(Message, frozen=True):
     """LED Brightness."""
 
-    ID = 312
-    WIRE = "TB"
+    ID: ClassVar[int] = 312
+    WIRE: ClassVar[str] = "TB"
 
     name: str = ""  # plaintext
     value: int = 0  # uint8
@@ -1929,8 +1930,8 @@ class LedBrightness(Message, frozen=True):
 class QueryLedBrightness(Message, frozen=True):
     """Query LED Brightness."""
 
-    ID = 313
-    WIRE = "T"
+    ID: ClassVar[int] = 313
+    WIRE: ClassVar[str] = "T"
 
     name: str = ""  # plaintext
 
@@ -1938,8 +1939,8 @@ class QueryLedBrightness(Message, frozen=True):
 class SetLedBrightness(Message, frozen=True):
     """Set LED Brightness."""
 
-    ID = 314
-    WIRE = "TB"
+    ID: ClassVar[int] = 314
+    WIRE: ClassVar[str] = "TB"
 
     name: str = ""  # plaintext
     value: int = 0  # uint8
@@ -1948,8 +1949,8 @@ class SetLedBrightness(Message, frozen=True):
 class SetPWM(Message, frozen=True):
     """Set PWM."""
 
-    ID = 315
-    WIRE = "BII"
+    ID: ClassVar[int] = 315
+    WIRE: ClassVar[str] = "BII"
 
     id: int = 0  # uint8
     period: int = 0  # µs, uint32
@@ -1959,8 +1960,8 @@ class SetPWM(Message, frozen=True):
 class PWM(Message, frozen=True):
     """PWM."""
 
-    ID = 316
-    WIRE = "BII"
+    ID: ClassVar[int] = 316
+    WIRE: ClassVar[str] = "BII"
 
     id: int = 0  # uint8
     period: int = 0  # µs, uint32
@@ -1970,8 +1971,8 @@ class PWM(Message, frozen=True):
 class EstimatedState(Message, frozen=True):
     """Estimated State."""
 
-    ID = 350
-    WIRE = "ddffffffffffffffffff"
+    ID: ClassVar[int] = 350
+    WIRE: ClassVar[str] = "ddffffffffffffffffff"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -1998,8 +1999,8 @@ class EstimatedState(Message, frozen=True):
 class EstimatedStreamVelocity(Message, frozen=True):
     """Estimated Stream Velocity."""
 
-    ID = 351
-    WIRE = "ddd"
+    ID: ClassVar[int] = 351
+    WIRE: ClassVar[str] = "ddd"
 
     x: float = 0.0  # m/s, fp64
     y: float = 0.0  # m/s, fp64
@@ -2009,8 +2010,8 @@ class EstimatedStreamVelocity(Message, frozen=True):
 class IndicatedSpeed(Message, frozen=True):
     """Indicated Speed."""
 
-    ID = 352
-    WIRE = "d"
+    ID: ClassVar[int] = 352
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # m/s, fp64
 
@@ -2018,8 +2019,8 @@ class IndicatedSpeed(Message, frozen=True):
 class TrueSpeed(Message, frozen=True):
     """True Speed."""
 
-    ID = 353
-    WIRE = "d"
+    ID: ClassVar[int] = 353
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # m/s, fp64
 
@@ -2027,8 +2028,8 @@ class TrueSpeed(Message, frozen=True):
 class NavigationUncertainty(Message, frozen=True):
     """Navigation Uncertainty."""
 
-    ID = 354
-    WIRE = "ffffffffffffff"
+    ID: ClassVar[int] = 354
+    WIRE: ClassVar[str] = "ffffffffffffff"
 
     x: float = 0.0  # m, fp32
     y: float = 0.0  # m, fp32
@@ -2049,8 +2050,8 @@ class NavigationUncertainty(Message, frozen=True):
 class NavigationData(Message, frozen=True):
     """Navigation Data."""
 
-    ID = 355
-    WIRE = "fffffffff"
+    ID: ClassVar[int] = 355
+    WIRE: ClassVar[str] = "fffffffff"
 
     bias_psi: float = 0.0  # rad, fp32
     bias_r: float = 0.0  # rad/s, fp32
@@ -2066,8 +2067,8 @@ class NavigationData(Message, frozen=True):
 class GpsFixRejection(Message, frozen=True):
     """GPS Fix Rejection."""
 
-    ID = 356
-    WIRE = "fB"
+    ID: ClassVar[int] = 356
+    WIRE: ClassVar[str] = "fB"
 
     class Reason(IntEnum):
         ABOVE_THRESHOLD = 0
@@ -2083,8 +2084,8 @@ class GpsFixRejection(Message, frozen=True):
 class LblRangeAcceptance(Message, frozen=True):
     """LBL Range Acceptance."""
 
-    ID = 357
-    WIRE = "BfB"
+    ID: ClassVar[int] = 357
+    WIRE: ClassVar[str] = "BfB"
 
     class Acceptance(IntEnum):
         ACCEPTED = 0
@@ -2101,8 +2102,8 @@ class LblRangeAcceptance(Message, frozen=True):
 class DvlRejection(Message, frozen=True):
     """DVL Rejection."""
 
-    ID = 358
-    WIRE = "BBff"
+    ID: ClassVar[int] = 358
+    WIRE: ClassVar[str] = "BBff"
 
     class Type(IntFlag):
         GV = 0x1
@@ -2123,8 +2124,8 @@ class DvlRejection(Message, frozen=True):
 class LblEstimate(Message, frozen=True):
     """LBL Beacon Position Estimate."""
 
-    ID = 360
-    WIRE = "Mfffff"
+    ID: ClassVar[int] = 360
+    WIRE: ClassVar[str] = "Mfffff"
 
     beacon: Message | None = None  # message, LblBeacon
     x: float = 0.0  # m, fp32
@@ -2137,8 +2138,8 @@ class LblEstimate(Message, frozen=True):
 class AlignmentState(Message, frozen=True):
     """Alignment State."""
 
-    ID = 361
-    WIRE = "B"
+    ID: ClassVar[int] = 361
+    WIRE: ClassVar[str] = "B"
 
     class State(IntEnum):
         NOT_ALIGNED = 0
@@ -2156,8 +2157,8 @@ class AlignmentState(Message, frozen=True):
 class GroupStreamVelocity(Message, frozen=True):
     """GroupStreamVelocity."""
 
-    ID = 362
-    WIRE = "ddd"
+    ID: ClassVar[int] = 362
+    WIRE: ClassVar[str] = "ddd"
 
     x: float = 0.0  # m/s, fp64
     y: float = 0.0  # m/s, fp64
@@ -2167,8 +2168,8 @@ class GroupStreamVelocity(Message, frozen=True):
 class Airflow(Message, frozen=True):
     """Airflow."""
 
-    ID = 363
-    WIRE = "fff"
+    ID: ClassVar[int] = 363
+    WIRE: ClassVar[str] = "fff"
 
     va: float = 0.0  # m/s, fp32
     aoa: float = 0.0  # rad, fp32
@@ -2178,8 +2179,8 @@ class Airflow(Message, frozen=True):
 class Power(Message, frozen=True):
     """Power."""
 
-    ID = 364
-    WIRE = "f"
+    ID: ClassVar[int] = 364
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # W, fp32
 
@@ -2187,8 +2188,8 @@ class Power(Message, frozen=True):
 class DesiredHeading(Message, frozen=True):
     """Desired Heading."""
 
-    ID = 400
-    WIRE = "d"
+    ID: ClassVar[int] = 400
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # rad, fp64
 
@@ -2196,8 +2197,8 @@ class DesiredHeading(Message, frozen=True):
 class DesiredZ(Message, frozen=True):
     """Desired Z."""
 
-    ID = 401
-    WIRE = "fB"
+    ID: ClassVar[int] = 401
+    WIRE: ClassVar[str] = "fB"
 
     value: float = 0.0  # m, fp32
     z_units: int = 0  # uint8, ZUnits
@@ -2206,8 +2207,8 @@ class DesiredZ(Message, frozen=True):
 class DesiredSpeed(Message, frozen=True):
     """Desired Speed."""
 
-    ID = 402
-    WIRE = "dB"
+    ID: ClassVar[int] = 402
+    WIRE: ClassVar[str] = "dB"
 
     value: float = 0.0  # fp64
     speed_units: int = 0  # uint8, SpeedUnits
@@ -2216,8 +2217,8 @@ class DesiredSpeed(Message, frozen=True):
 class DesiredRoll(Message, frozen=True):
     """Desired Roll."""
 
-    ID = 403
-    WIRE = "d"
+    ID: ClassVar[int] = 403
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # rad, fp64
 
@@ -2225,8 +2226,8 @@ class DesiredRoll(Message, frozen=True):
 class DesiredPitch(Message, frozen=True):
     """Desired Pitch."""
 
-    ID = 404
-    WIRE = "d"
+    ID: ClassVar[int] = 404
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # rad, fp64
 
@@ -2234,8 +2235,8 @@ class DesiredPitch(Message, frozen=True):
 class DesiredVerticalRate(Message, frozen=True):
     """Desired Vertical Rate."""
 
-    ID = 405
-    WIRE = "d"
+    ID: ClassVar[int] = 405
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # m/s, fp64
 
@@ -2243,8 +2244,8 @@ class DesiredVerticalRate(Message, frozen=True):
 class DesiredPath(Message, frozen=True):
     """Desired Path."""
 
-    ID = 406
-    WIRE = "IddfBddfBfBfB"
+    ID: ClassVar[int] = 406
+    WIRE: ClassVar[str] = "IddfBddfBfBfB"
 
     class Flags(IntFlag):
         START = 0x01
@@ -2274,8 +2275,8 @@ class DesiredPath(Message, frozen=True):
 class DesiredControl(Message, frozen=True):
     """Desired Control."""
 
-    ID = 407
-    WIRE = "ddddddB"
+    ID: ClassVar[int] = 407
+    WIRE: ClassVar[str] = "ddddddB"
 
     class Flags(IntFlag):
         X = 0x01
@@ -2297,8 +2298,8 @@ class DesiredControl(Message, frozen=True):
 class DesiredHeadingRate(Message, frozen=True):
     """Desired Heading Rate."""
 
-    ID = 408
-    WIRE = "d"
+    ID: ClassVar[int] = 408
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # rad/s, fp64
 
@@ -2306,8 +2307,8 @@ class DesiredHeadingRate(Message, frozen=True):
 class DesiredVelocity(Message, frozen=True):
     """Desired Velocity."""
 
-    ID = 409
-    WIRE = "ddddddB"
+    ID: ClassVar[int] = 409
+    WIRE: ClassVar[str] = "ddddddB"
 
     class Flags(IntFlag):
         SURGE = 0x01
@@ -2329,8 +2330,8 @@ class DesiredVelocity(Message, frozen=True):
 class PathControlState(Message, frozen=True):
     """Path Control State."""
 
-    ID = 410
-    WIRE = "IddfBddfBfBfffffffH"
+    ID: ClassVar[int] = 410
+    WIRE: ClassVar[str] = "IddfBddfBfBfffffffH"
 
     class Flags(IntFlag):
         NEAR = 0x01
@@ -2363,8 +2364,8 @@ class PathControlState(Message, frozen=True):
 class AllocatedControlTorques(Message, frozen=True):
     """Allocated Control Torques."""
 
-    ID = 411
-    WIRE = "ddd"
+    ID: ClassVar[int] = 411
+    WIRE: ClassVar[str] = "ddd"
 
     k: float = 0.0  # Nm, fp64
     m: float = 0.0  # Nm, fp64
@@ -2374,8 +2375,8 @@ class AllocatedControlTorques(Message, frozen=True):
 class ControlParcel(Message, frozen=True):
     """Control Parcel."""
 
-    ID = 412
-    WIRE = "ffff"
+    ID: ClassVar[int] = 412
+    WIRE: ClassVar[str] = "ffff"
 
     p: float = 0.0  # fp32
     i: float = 0.0  # fp32
@@ -2386,8 +2387,8 @@ class ControlParcel(Message, frozen=True):
 class Brake(Message, frozen=True):
     """Brake."""
 
-    ID = 413
-    WIRE = "B"
+    ID: ClassVar[int] = 413
+    WIRE: ClassVar[str] = "B"
 
     class Op(IntEnum):
         STOP = 0
@@ -2400,8 +2401,8 @@ class Brake(Message, frozen=True):
 class DesiredLinearState(Message, frozen=True):
     """Desired Linear State."""
 
-    ID = 414
-    WIRE = "dddddddddH"
+    ID: ClassVar[int] = 414
+    WIRE: ClassVar[str] = "dddddddddH"
 
     class Flags(IntFlag):
         X = 0x001
@@ -2429,8 +2430,8 @@ class DesiredLinearState(Message, frozen=True):
 class DesiredThrottle(Message, frozen=True):
     """Desired Throttle."""
 
-    ID = 415
-    WIRE = "d"
+    ID: ClassVar[int] = 415
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # %, fp64
 
@@ -2438,8 +2439,8 @@ class DesiredThrottle(Message, frozen=True):
 class Goto(Message, frozen=True):
     """Goto Maneuver."""
 
-    ID = 450
-    WIRE = "HddfBfBdddT"
+    ID: ClassVar[int] = 450
+    WIRE: ClassVar[str] = "HddfBfBdddT"
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -2457,8 +2458,8 @@ class Goto(Message, frozen=True):
 class PopUp(Message, frozen=True):
     """PopUp Maneuver."""
 
-    ID = 451
-    WIRE = "HddfBfBHfBT"
+    ID: ClassVar[int] = 451
+    WIRE: ClassVar[str] = "HddfBfBHfBT"
 
     class Flags(IntFlag):
         CURR_POS = 0x1
@@ -2481,8 +2482,8 @@ class PopUp(Message, frozen=True):
 class Teleoperation(Message, frozen=True):
     """Teleoperation Maneuver."""
 
-    ID = 452
-    WIRE = "T"
+    ID: ClassVar[int] = 452
+    WIRE: ClassVar[str] = "T"
 
     custom: str = ""  # TupleList, plaintext
 
@@ -2490,8 +2491,8 @@ class Teleoperation(Message, frozen=True):
 class Loiter(Message, frozen=True):
     """Loiter Maneuver."""
 
-    ID = 453
-    WIRE = "HddfBHfBBffdBT"
+    ID: ClassVar[int] = 453
+    WIRE: ClassVar[str] = "HddfBHfBBffdBT"
 
     class Type(IntEnum):
         DEFAULT = 0
@@ -2525,8 +2526,8 @@ class Loiter(Message, frozen=True):
 class IdleManeuver(Message, frozen=True):
     """Idle Maneuver."""
 
-    ID = 454
-    WIRE = "HT"
+    ID: ClassVar[int] = 454
+    WIRE: ClassVar[str] = "HT"
 
     duration: int = 0  # s, uint16
     custom: str = ""  # TupleList, plaintext
@@ -2535,8 +2536,8 @@ class IdleManeuver(Message, frozen=True):
 class LowLevelControl(Message, frozen=True):
     """Low Level Control Maneuver."""
 
-    ID = 455
-    WIRE = "MHT"
+    ID: ClassVar[int] = 455
+    WIRE: ClassVar[str] = "MHT"
 
     control: Message | None = None  # message, ControlCommand
     duration: int = 0  # s, uint16
@@ -2546,8 +2547,8 @@ class LowLevelControl(Message, frozen=True):
 class Rows(Message, frozen=True):
     """Rows Maneuver."""
 
-    ID = 456
-    WIRE = "HddfBfBddfffBBBT"
+    ID: ClassVar[int] = 456
+    WIRE: ClassVar[str] = "HddfBfBddfffBBBT"
 
     class Flags(IntFlag):
         SQUARE_CURVE = 0x1
@@ -2574,9 +2575,9 @@ class Rows(Message, frozen=True):
 class FollowPath(MessageWithLists, frozen=True):
     """Follow Path Maneuver."""
 
-    ID = 457
-    WIRE = "HddfBfBLT"
-    LISTS = ("points",)
+    ID: ClassVar[int] = 457
+    WIRE: ClassVar[str] = "HddfBfBLT"
+    LISTS: ClassVar[tuple[str, ...]] = ("points",)
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -2592,8 +2593,8 @@ class FollowPath(MessageWithLists, frozen=True):
 class PathPoint(Message, frozen=True):
     """Path Point."""
 
-    ID = 458
-    WIRE = "fff"
+    ID: ClassVar[int] = 458
+    WIRE: ClassVar[str] = "fff"
 
     x: float = 0.0  # m, fp32
     y: float = 0.0  # m, fp32
@@ -2603,8 +2604,8 @@ class PathPoint(Message, frozen=True):
 class YoYo(Message, frozen=True):
     """Yo-Yo Maneuver."""
 
-    ID = 459
-    WIRE = "HddfBfffBT"
+    ID: ClassVar[int] = 459
+    WIRE: ClassVar[str] = "HddfBfffBT"
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -2621,14 +2622,14 @@ class YoYo(Message, frozen=True):
 class TeleoperationDone(Message, frozen=True):
     """Teleoperation Done."""
 
-    ID = 460
+    ID: ClassVar[int] = 460
 
 
 class StationKeeping(Message, frozen=True):
     """Station Keeping."""
 
-    ID = 461
-    WIRE = "ddfBfHfBT"
+    ID: ClassVar[int] = 461
+    WIRE: ClassVar[str] = "ddfBfHfBT"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -2644,8 +2645,8 @@ class StationKeeping(Message, frozen=True):
 class Elevator(Message, frozen=True):
     """Elevator Maneuver."""
 
-    ID = 462
-    WIRE = "HBddfBfBffBT"
+    ID: ClassVar[int] = 462
+    WIRE: ClassVar[str] = "HBddfBfBffBT"
 
     class Flags(IntFlag):
         CURR_POS = 0x1
@@ -2667,9 +2668,9 @@ class Elevator(Message, frozen=True):
 class FollowTrajectory(MessageWithLists, frozen=True):
     """Follow Trajectory."""
 
-    ID = 463
-    WIRE = "HddfBfBLT"
-    LISTS = ("points",)
+    ID: ClassVar[int] = 463
+    WIRE: ClassVar[str] = "HddfBfBLT"
+    LISTS: ClassVar[tuple[str, ...]] = ("points",)
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -2685,8 +2686,8 @@ class FollowTrajectory(MessageWithLists, frozen=True):
 class TrajectoryPoint(Message, frozen=True):
     """Trajectory Point."""
 
-    ID = 464
-    WIRE = "ffff"
+    ID: ClassVar[int] = 464
+    WIRE: ClassVar[str] = "ffff"
 
     x: float = 0.0  # m, fp32
     y: float = 0.0  # m, fp32
@@ -2697,8 +2698,8 @@ class TrajectoryPoint(Message, frozen=True):
 class CustomManeuver(Message, frozen=True):
     """Custom Maneuver."""
 
-    ID = 465
-    WIRE = "HTT"
+    ID: ClassVar[int] = 465
+    WIRE: ClassVar[str] = "HTT"
 
     timeout: int = 0  # s, uint16
     name: str = ""  # plaintext
@@ -2708,9 +2709,9 @@ class CustomManeuver(Message, frozen=True):
 class VehicleFormation(MessageWithLists, frozen=True):
     """Vehicle Formation."""
 
-    ID = 466
-    WIRE = "ddfBfBLLdT"
-    LISTS = ("points", "participants")
+    ID: ClassVar[int] = 466
+    WIRE: ClassVar[str] = "ddfBfBLLdT"
+    LISTS: ClassVar[tuple[str, ...]] = ("points", "participants")
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -2727,8 +2728,8 @@ class VehicleFormation(MessageWithLists, frozen=True):
 class VehicleFormationParticipant(Message, frozen=True):
     """Vehicle Formation Participant."""
 
-    ID = 467
-    WIRE = "Hfff"
+    ID: ClassVar[int] = 467
+    WIRE: ClassVar[str] = "Hfff"
 
     vid: int = 0  # uint16
     off_x: float = 0.0  # m, fp32
@@ -2739,14 +2740,14 @@ class VehicleFormationParticipant(Message, frozen=True):
 class StopManeuver(Message, frozen=True):
     """Stop Maneuver."""
 
-    ID = 468
+    ID: ClassVar[int] = 468
 
 
 class RegisterManeuver(Message, frozen=True):
     """Register Maneuver."""
 
-    ID = 469
-    WIRE = "H"
+    ID: ClassVar[int] = 469
+    WIRE: ClassVar[str] = "H"
 
     mid: int = 0  # uint16
 
@@ -2754,8 +2755,8 @@ class RegisterManeuver(Message, frozen=True):
 class ManeuverControlState(Message, frozen=True):
     """Maneuver Control State."""
 
-    ID = 470
-    WIRE = "BHT"
+    ID: ClassVar[int] = 470
+    WIRE: ClassVar[str] = "BHT"
 
     class State(IntEnum):
         EXECUTING = 0
@@ -2771,8 +2772,8 @@ class ManeuverControlState(Message, frozen=True):
 class FollowSystem(Message, frozen=True):
     """Follow System."""
 
-    ID = 471
-    WIRE = "HHfBfffB"
+    ID: ClassVar[int] = 471
+    WIRE: ClassVar[str] = "HHfBfffB"
 
     system: int = 0  # uint16
     duration: int = 0  # s, uint16
@@ -2787,8 +2788,8 @@ class FollowSystem(Message, frozen=True):
 class CommsRelay(Message, frozen=True):
     """Communications Relay."""
 
-    ID = 472
-    WIRE = "ddfBHHHf"
+    ID: ClassVar[int] = 472
+    WIRE: ClassVar[str] = "ddfBHHHf"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -2803,9 +2804,9 @@ class CommsRelay(Message, frozen=True):
 class CoverArea(MessageWithLists, frozen=True):
     """Cover Area."""
 
-    ID = 473
-    WIRE = "ddfBfBLT"
-    LISTS = ("polygon",)
+    ID: ClassVar[int] = 473
+    WIRE: ClassVar[str] = "ddfBfBLT"
+    LISTS: ClassVar[tuple[str, ...]] = ("polygon",)
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -2820,8 +2821,8 @@ class CoverArea(MessageWithLists, frozen=True):
 class PolygonVertex(Message, frozen=True):
     """Polygon Vertex."""
 
-    ID = 474
-    WIRE = "dd"
+    ID: ClassVar[int] = 474
+    WIRE: ClassVar[str] = "dd"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -2830,8 +2831,8 @@ class PolygonVertex(Message, frozen=True):
 class CompassCalibration(Message, frozen=True):
     """Compass Calibration Maneuver."""
 
-    ID = 475
-    WIRE = "HddfBffHfBfBT"
+    ID: ClassVar[int] = 475
+    WIRE: ClassVar[str] = "HddfBffHfBfBT"
 
     class Direction(IntEnum):
         VDEP = 0
@@ -2857,9 +2858,9 @@ class CompassCalibration(Message, frozen=True):
 class FormationParameters(MessageWithLists, frozen=True):
     """Formation Parameters."""
 
-    ID = 476
-    WIRE = "TBLT"
-    LISTS = ("participants",)
+    ID: ClassVar[int] = 476
+    WIRE: ClassVar[str] = "TBLT"
+    LISTS: ClassVar[tuple[str, ...]] = ("participants",)
 
     class ReferenceFrame(IntEnum):
         EARTH_FIXED = 0
@@ -2875,8 +2876,8 @@ class FormationParameters(MessageWithLists, frozen=True):
 class FormationPlanExecution(Message, frozen=True):
     """Formation Plan Execution."""
 
-    ID = 477
-    WIRE = "TTTTffffHfHHfT"
+    ID: ClassVar[int] = 477
+    WIRE: ClassVar[str] = "TTTTffffHfHHfT"
 
     group_name: str = ""  # plaintext
     formation_name: str = ""  # plaintext
@@ -2897,8 +2898,8 @@ class FormationPlanExecution(Message, frozen=True):
 class FollowReference(Message, frozen=True):
     """Follow Reference Maneuver."""
 
-    ID = 478
-    WIRE = "HBfff"
+    ID: ClassVar[int] = 478
+    WIRE: ClassVar[str] = "HBfff"
 
     control_src: int = 0  # uint16
     control_ent: int = 0  # uint8
@@ -2910,8 +2911,8 @@ class FollowReference(Message, frozen=True):
 class Reference(Message, frozen=True):
     """Reference To Follow."""
 
-    ID = 479
-    WIRE = "BMMddf"
+    ID: ClassVar[int] = 479
+    WIRE: ClassVar[str] = "BMMddf"
 
     class Flags(IntFlag):
         LOCATION = 0x01
@@ -2933,8 +2934,8 @@ class Reference(Message, frozen=True):
 class FollowRefState(Message, frozen=True):
     """Follow Reference State."""
 
-    ID = 480
-    WIRE = "HBMBB"
+    ID: ClassVar[int] = 480
+    WIRE: ClassVar[str] = "HBMBB"
 
     class State(IntEnum):
         WAIT = 1
@@ -2961,9 +2962,9 @@ class FollowRefState(Message, frozen=True):
 class FormationMonitor(MessageWithLists, frozen=True):
     """Formation Monitoring Data."""
 
-    ID = 481
-    WIRE = "ffffffffffffffffffL"
-    LISTS = ("rel_state",)
+    ID: ClassVar[int] = 481
+    WIRE: ClassVar[str] = "ffffffffffffffffffL"
+    LISTS: ClassVar[tuple[str, ...]] = ("rel_state",)
 
     ax_cmd: float = 0.0  # fp32
     ay_cmd: float = 0.0  # fp32
@@ -2989,8 +2990,8 @@ class FormationMonitor(MessageWithLists, frozen=True):
 class RelativeState(Message, frozen=True):
     """Relative State."""
 
-    ID = 482
-    WIRE = "Tfffffffffffffffffffff"
+    ID: ClassVar[int] = 482
+    WIRE: ClassVar[str] = "Tfffffffffffffffffffff"
 
     s_id: str = ""  # plaintext
     dist: float = 0.0  # fp32
@@ -3019,8 +3020,8 @@ class RelativeState(Message, frozen=True):
 class Dislodge(Message, frozen=True):
     """Dislodge Maneuver."""
 
-    ID = 483
-    WIRE = "HfBT"
+    ID: ClassVar[int] = 483
+    WIRE: ClassVar[str] = "HfBT"
 
     class Direction(IntEnum):
         AUTO = 0
@@ -3036,9 +3037,9 @@ class Dislodge(Message, frozen=True):
 class Formation(MessageWithLists, frozen=True):
     """Formation."""
 
-    ID = 484
-    WIRE = "TBBTTTBLfffffffHfHHfT"
-    LISTS = ("participants",)
+    ID: ClassVar[int] = 484
+    WIRE: ClassVar[str] = "TBBTTTBLfffffffHfHHfT"
+    LISTS: ClassVar[tuple[str, ...]] = ("participants",)
 
     class Type(IntEnum):
         REQUEST = 0
@@ -3082,8 +3083,8 @@ class Formation(MessageWithLists, frozen=True):
 class Launch(Message, frozen=True):
     """Launch Maneuver."""
 
-    ID = 485
-    WIRE = "HddfBfBT"
+    ID: ClassVar[int] = 485
+    WIRE: ClassVar[str] = "HddfBfBT"
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -3098,8 +3099,8 @@ class Launch(Message, frozen=True):
 class Drop(Message, frozen=True):
     """Drop Maneuver."""
 
-    ID = 486
-    WIRE = "HddfBfBT"
+    ID: ClassVar[int] = 486
+    WIRE: ClassVar[str] = "HddfBfBT"
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -3114,8 +3115,8 @@ class Drop(Message, frozen=True):
 class ScheduledGoto(Message, frozen=True):
     """Scheduled Goto."""
 
-    ID = 487
-    WIRE = "dddfBfBB"
+    ID: ClassVar[int] = 487
+    WIRE: ClassVar[str] = "dddfBfBB"
 
     class Delayed(IntEnum):
         RESUME = 0
@@ -3135,8 +3136,8 @@ class ScheduledGoto(Message, frozen=True):
 class RowsCoverage(Message, frozen=True):
     """Rows Coverage."""
 
-    ID = 488
-    WIRE = "ddfBfBddffBfHBBT"
+    ID: ClassVar[int] = 488
+    WIRE: ClassVar[str] = "ddfBfBddffBfHBBT"
 
     class Flags(IntFlag):
         SQUARE_CURVE = 0x1
@@ -3163,8 +3164,8 @@ class RowsCoverage(Message, frozen=True):
 class Sample(Message, frozen=True):
     """Sample Maneuver."""
 
-    ID = 489
-    WIRE = "HddfBfBBBBT"
+    ID: ClassVar[int] = 489
+    WIRE: ClassVar[str] = "HddfBfBBBBT"
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -3182,14 +3183,14 @@ class Sample(Message, frozen=True):
 class ImageTracking(Message, frozen=True):
     """Image Tracking."""
 
-    ID = 490
+    ID: ClassVar[int] = 490
 
 
 class Takeoff(Message, frozen=True):
     """Takeoff Maneuver."""
 
-    ID = 491
-    WIRE = "ddfBfBfT"
+    ID: ClassVar[int] = 491
+    WIRE: ClassVar[str] = "ddfBfBfT"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -3204,8 +3205,8 @@ class Takeoff(Message, frozen=True):
 class Land(Message, frozen=True):
     """Land Maneuver."""
 
-    ID = 492
-    WIRE = "ddfBfBfdBfT"
+    ID: ClassVar[int] = 492
+    WIRE: ClassVar[str] = "ddfBfBfdBfT"
 
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp64, -3.14159 to 3.14159
@@ -3223,9 +3224,9 @@ class Land(Message, frozen=True):
 class AutonomousSection(MessageWithLists, frozen=True):
     """Autonomous Section."""
 
-    ID = 493
-    WIRE = "ddfBBdddLTT"
-    LISTS = ("area_limits",)
+    ID: ClassVar[int] = 493
+    WIRE: ClassVar[str] = "ddfBBdddLTT"
+    LISTS: ClassVar[tuple[str, ...]] = ("area_limits",)
 
     class Limits(IntFlag):
         DEPTH = 0x1
@@ -3249,8 +3250,8 @@ class AutonomousSection(MessageWithLists, frozen=True):
 class FollowPoint(Message, frozen=True):
     """Follow Point Maneuver."""
 
-    ID = 494
-    WIRE = "TfBddfBT"
+    ID: ClassVar[int] = 494
+    WIRE: ClassVar[str] = "TfBddfBT"
 
     target: str = ""  # plaintext
     max_speed: float = 0.0  # m/s, fp32, at least 0
@@ -3265,8 +3266,8 @@ class FollowPoint(Message, frozen=True):
 class Alignment(Message, frozen=True):
     """Alignment Maneuver."""
 
-    ID = 495
-    WIRE = "HddfBT"
+    ID: ClassVar[int] = 495
+    WIRE: ClassVar[str] = "HddfBT"
 
     timeout: int = 0  # s, uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -3279,8 +3280,8 @@ class Alignment(Message, frozen=True):
 class StationKeepingExtended(Message, frozen=True):
     """Station Keeping Extended."""
 
-    ID = 496
-    WIRE = "ddfBfHfBHHBT"
+    ID: ClassVar[int] = 496
+    WIRE: ClassVar[str] = "ddfBfHfBHHBT"
 
     class Flags(IntFlag):
         KEEP_SAFE = 0x1
@@ -3302,14 +3303,14 @@ class StationKeepingExtended(Message, frozen=True):
 class ManeuverDone(Message, frozen=True):
     """Maneuver Done."""
 
-    ID = 497
+    ID: ClassVar[int] = 497
 
 
 class Magnetometer(Message, frozen=True):
     """Magnetometer Maneuver."""
 
-    ID = 499
-    WIRE = "HddfBfBdfBT"
+    ID: ClassVar[int] = 499
+    WIRE: ClassVar[str] = "HddfBfBdfBT"
 
     class Direction(IntEnum):
         CLOCKW_FIRST = 0
@@ -3331,8 +3332,8 @@ class Magnetometer(Message, frozen=True):
 class VehicleState(Message, frozen=True):
     """Vehicle State."""
 
-    ID = 500
-    WIRE = "BBTHdHIBTd"
+    ID: ClassVar[int] = 500
+    WIRE: ClassVar[str] = "BBTHdHIBTd"
 
     class OpMode(IntEnum):
         SERVICE = 0
@@ -3360,8 +3361,8 @@ class VehicleState(Message, frozen=True):
 class VehicleCommand(Message, frozen=True):
     """Vehicle Command."""
 
-    ID = 501
-    WIRE = "BHBMHT"
+    ID: ClassVar[int] = 501
+    WIRE: ClassVar[str] = "BHBMHT"
 
     class Type(IntEnum):
         REQUEST = 0
@@ -3386,8 +3387,8 @@ class VehicleCommand(Message, frozen=True):
 class MonitorEntityState(Message, frozen=True):
     """Monitor Entity State."""
 
-    ID = 502
-    WIRE = "BT"
+    ID: ClassVar[int] = 502
+    WIRE: ClassVar[str] = "BT"
 
     class Command(IntEnum):
         RESET = 0
@@ -3403,8 +3404,8 @@ class MonitorEntityState(Message, frozen=True):
 class EntityMonitoringState(Message, frozen=True):
     """Entity Monitoring State."""
 
-    ID = 503
-    WIRE = "BTBTBTTd"
+    ID: ClassVar[int] = 503
+    WIRE: ClassVar[str] = "BTBTBTTd"
 
     mcount: int = 0  # uint8
     mnames: str = ""  # plaintext
@@ -3419,8 +3420,8 @@ class EntityMonitoringState(Message, frozen=True):
 class OperationalLimits(Message, frozen=True):
     """Operational Limits."""
 
-    ID = 504
-    WIRE = "Bffffffddfff"
+    ID: ClassVar[int] = 504
+    WIRE: ClassVar[str] = "Bffffffddfff"
 
     mask: int = 0  # uint8, OpLimitsMask
     max_depth: float = 0.0  # m, fp32, at least 0
@@ -3439,14 +3440,14 @@ class OperationalLimits(Message, frozen=True):
 class GetOperationalLimits(Message, frozen=True):
     """Get Operational Limits."""
 
-    ID = 505
+    ID: ClassVar[int] = 505
 
 
 class Calibration(Message, frozen=True):
     """Calibration."""
 
-    ID = 506
-    WIRE = "H"
+    ID: ClassVar[int] = 506
+    WIRE: ClassVar[str] = "H"
 
     duration: int = 0  # s, uint16
 
@@ -3454,8 +3455,8 @@ class Calibration(Message, frozen=True):
 class ControlLoops(Message, frozen=True):
     """Control Loops."""
 
-    ID = 507
-    WIRE = "BII"
+    ID: ClassVar[int] = 507
+    WIRE: ClassVar[str] = "BII"
 
     class Enable(IntEnum):
         DISABLE = 0
@@ -3469,8 +3470,8 @@ class ControlLoops(Message, frozen=True):
 class VehicleMedium(Message, frozen=True):
     """Vehicle Medium."""
 
-    ID = 508
-    WIRE = "B"
+    ID: ClassVar[int] = 508
+    WIRE: ClassVar[str] = "B"
 
     class Medium(IntEnum):
         GROUND = 0
@@ -3485,8 +3486,8 @@ class VehicleMedium(Message, frozen=True):
 class Collision(Message, frozen=True):
     """Collision."""
 
-    ID = 509
-    WIRE = "fB"
+    ID: ClassVar[int] = 509
+    WIRE: ClassVar[str] = "fB"
 
     class Type(IntFlag):
         X = 0x1
@@ -3501,8 +3502,8 @@ class Collision(Message, frozen=True):
 class FormState(Message, frozen=True):
     """Formation Tracking State."""
 
-    ID = 510
-    WIRE = "fffBBB"
+    ID: ClassVar[int] = 510
+    WIRE: ClassVar[str] = "fffBBB"
 
     class PosSimMon(IntEnum):
         OK = 0
@@ -3528,8 +3529,8 @@ class FormState(Message, frozen=True):
 class AutopilotMode(Message, frozen=True):
     """Autopilot Mode."""
 
-    ID = 511
-    WIRE = "BT"
+    ID: ClassVar[int] = 511
+    WIRE: ClassVar[str] = "BT"
 
     class Autonomy(IntEnum):
         MANUAL = 0
@@ -3543,8 +3544,8 @@ class AutopilotMode(Message, frozen=True):
 class FormationState(Message, frozen=True):
     """Formation Tracking State."""
 
-    ID = 512
-    WIRE = "BBfffBBB"
+    ID: ClassVar[int] = 512
+    WIRE: ClassVar[str] = "BBfffBBB"
 
     class Type(IntEnum):
         REQUEST = 0
@@ -3580,8 +3581,8 @@ class FormationState(Message, frozen=True):
 class ReportControl(Message, frozen=True):
     """Report Control."""
 
-    ID = 513
-    WIRE = "BBHT"
+    ID: ClassVar[int] = 513
+    WIRE: ClassVar[str] = "BBHT"
 
     class Op(IntEnum):
         REQUEST_START = 0
@@ -3607,8 +3608,8 @@ class ReportControl(Message, frozen=True):
 class StateReport(Message, frozen=True):
     """State Report."""
 
-    ID = 514
-    WIRE = "IffHHHhbbH"
+    ID: ClassVar[int] = 514
+    WIRE: ClassVar[str] = "IffHHHhbbH"
 
     class Altitude(IntEnum):
         ALT_UNKNOWN = 65535
@@ -3640,8 +3641,8 @@ class StateReport(Message, frozen=True):
 class TransmissionRequest(Message, frozen=True):
     """Transmission Request."""
 
-    ID = 515
-    WIRE = "HBTdfBMTR"
+    ID: ClassVar[int] = 515
+    WIRE: ClassVar[str] = "HBTdfBMTR"
 
     class CommMean(IntEnum):
         WIFI = 0
@@ -3673,8 +3674,8 @@ class TransmissionRequest(Message, frozen=True):
 class TransmissionStatus(Message, frozen=True):
     """Transmission Status."""
 
-    ID = 516
-    WIRE = "HBfT"
+    ID: ClassVar[int] = 516
+    WIRE: ClassVar[str] = "HBfT"
 
     class Status(IntEnum):
         IN_PROGRESS = 0
@@ -3696,8 +3697,8 @@ class TransmissionStatus(Message, frozen=True):
 class SmsRequest(Message, frozen=True):
     """SMS Transmission Request."""
 
-    ID = 517
-    WIRE = "HTdT"
+    ID: ClassVar[int] = 517
+    WIRE: ClassVar[str] = "HTdT"
 
     req_id: int = 0  # uint16
     destination: str = ""  # plaintext
@@ -3708,8 +3709,8 @@ class SmsRequest(Message, frozen=True):
 class SmsStatus(Message, frozen=True):
     """SMS Transmission Status."""
 
-    ID = 518
-    WIRE = "HBT"
+    ID: ClassVar[int] = 518
+    WIRE: ClassVar[str] = "HBT"
 
     class Status(IntEnum):
         QUEUED = 0
@@ -3725,8 +3726,8 @@ class SmsStatus(Message, frozen=True):
 class VtolState(Message, frozen=True):
     """VTOL State."""
 
-    ID = 519
-    WIRE = "B"
+    ID: ClassVar[int] = 519
+    WIRE: ClassVar[str] = "B"
 
     class State(IntEnum):
         UNDEFINED = 0
@@ -3741,8 +3742,8 @@ class VtolState(Message, frozen=True):
 class ArmingState(Message, frozen=True):
     """Arming State."""
 
-    ID = 520
-    WIRE = "B"
+    ID: ClassVar[int] = 520
+    WIRE: ClassVar[str] = "B"
 
     class State(IntEnum):
         ARMED = 0
@@ -3754,8 +3755,8 @@ class ArmingState(Message, frozen=True):
 class TCPRequest(Message, frozen=True):
     """TCP Transmission Request."""
 
-    ID = 521
-    WIRE = "HTdM"
+    ID: ClassVar[int] = 521
+    WIRE: ClassVar[str] = "HTdM"
 
     req_id: int = 0  # uint16
     destination: str = ""  # plaintext
@@ -3766,8 +3767,8 @@ class TCPRequest(Message, frozen=True):
 class TCPStatus(Message, frozen=True):
     """TCP Transmission Status."""
 
-    ID = 522
-    WIRE = "HBT"
+    ID: ClassVar[int] = 522
+    WIRE: ClassVar[str] = "HBT"
 
     class Status(IntEnum):
         QUEUED = 0
@@ -3785,9 +3786,9 @@ class TCPStatus(Message, frozen=True):
 class AssetReport(MessageWithLists, frozen=True):
     """Asset Report ."""
 
-    ID = 525
-    WIRE = "TdBddffffL"
-    LISTS = ("msgs",)
+    ID: ClassVar[int] = 525
+    WIRE: ClassVar[str] = "TdBddffffL"
+    LISTS: ClassVar[tuple[str, ...]] = ("msgs",)
 
     class Medium(IntEnum):
         WIFI = 1
@@ -3811,15 +3812,15 @@ class AssetReport(MessageWithLists, frozen=True):
 class Abort(Message, frozen=True):
     """Abort."""
 
-    ID = 550
+    ID: ClassVar[int] = 550
 
 
 class PlanSpecification(MessageWithLists, frozen=True):
     """Plan Specification."""
 
-    ID = 551
-    WIRE = "TTTLTLLLL"
-    LISTS = ("variables", "maneuvers", "transitions", "start_actions", "end_actions")
+    ID: ClassVar[int] = 551
+    WIRE: ClassVar[str] = "TTTLTLLLL"
+    LISTS: ClassVar[tuple[str, ...]] = ("variables", "maneuvers", "transitions", "start_actions", "end_actions")
 
     plan_id: str = ""  # plaintext
     description: str = ""  # plaintext
@@ -3835,9 +3836,9 @@ class PlanSpecification(MessageWithLists, frozen=True):
 class PlanManeuver(MessageWithLists, frozen=True):
     """Plan Maneuver."""
 
-    ID = 552
-    WIRE = "TMLL"
-    LISTS = ("start_actions", "end_actions")
+    ID: ClassVar[int] = 552
+    WIRE: ClassVar[str] = "TMLL"
+    LISTS: ClassVar[tuple[str, ...]] = ("start_actions", "end_actions")
 
     maneuver_id: str = ""  # plaintext
     data: Message | None = None  # message, Maneuver
@@ -3848,9 +3849,9 @@ class PlanManeuver(MessageWithLists, frozen=True):
 class PlanTransition(MessageWithLists, frozen=True):
     """Plan Transition."""
 
-    ID = 553
-    WIRE = "TTTL"
-    LISTS = ("actions",)
+    ID: ClassVar[int] = 553
+    WIRE: ClassVar[str] = "TTTL"
+    LISTS: ClassVar[tuple[str, ...]] = ("actions",)
 
     source_man: str = ""  # plaintext
     dest_man: str = ""  # plaintext
@@ -3861,8 +3862,8 @@ class PlanTransition(MessageWithLists, frozen=True):
 class EmergencyControl(Message, frozen=True):
     """Emergency Control."""
 
-    ID = 554
-    WIRE = "BM"
+    ID: ClassVar[int] = 554
+    WIRE: ClassVar[str] = "BM"
 
     class Command(IntEnum):
         ENABLE = 0
@@ -3879,8 +3880,8 @@ class EmergencyControl(Message, frozen=True):
 class EmergencyControlState(Message, frozen=True):
     """Emergency Control State."""
 
-    ID = 555
-    WIRE = "BTB"
+    ID: ClassVar[int] = 555
+    WIRE: ClassVar[str] = "BTB"
 
     class State(IntEnum):
         NOT_CONFIGURED = 0
@@ -3898,8 +3899,8 @@ class EmergencyControlState(Message, frozen=True):
 class PlanDB(Message, frozen=True):
     """Plan DB."""
 
-    ID = 556
-    WIRE = "BBHTMT"
+    ID: ClassVar[int] = 556
+    WIRE: ClassVar[str] = "BBHTMT"
 
     class Type(IntEnum):
         REQUEST = 0
@@ -3928,9 +3929,9 @@ class PlanDB(Message, frozen=True):
 class PlanDBState(MessageWithLists, frozen=True):
     """Plan DB State."""
 
-    ID = 557
-    WIRE = "HIdHTRL"
-    LISTS = ("plans_info",)
+    ID: ClassVar[int] = 557
+    WIRE: ClassVar[str] = "HIdHTRL"
+    LISTS: ClassVar[tuple[str, ...]] = ("plans_info",)
 
     plan_count: int = 0  # uint16
     plan_size: int = 0  # uint32
@@ -3944,8 +3945,8 @@ class PlanDBState(MessageWithLists, frozen=True):
 class PlanDBInformation(Message, frozen=True):
     """Plan DB Information."""
 
-    ID = 558
-    WIRE = "THdHTR"
+    ID: ClassVar[int] = 558
+    WIRE: ClassVar[str] = "THdHTR"
 
     plan_id: str = ""  # plaintext
     plan_size: int = 0  # uint16
@@ -3958,8 +3959,8 @@ class PlanDBInformation(Message, frozen=True):
 class PlanControl(Message, frozen=True):
     """Plan Control."""
 
-    ID = 559
-    WIRE = "BBHTHMT"
+    ID: ClassVar[int] = 559
+    WIRE: ClassVar[str] = "BBHTHMT"
 
     class Type(IntEnum):
         REQUEST = 0
@@ -3989,8 +3990,8 @@ class PlanControl(Message, frozen=True):
 class PlanControlState(Message, frozen=True):
     """Plan Control State."""
 
-    ID = 560
-    WIRE = "BTifTHiB"
+    ID: ClassVar[int] = 560
+    WIRE: ClassVar[str] = "BTifTHiB"
 
     class State(IntEnum):
         BLOCKED = 0
@@ -4016,8 +4017,8 @@ class PlanControlState(Message, frozen=True):
 class PlanVariable(Message, frozen=True):
     """Plan Variable."""
 
-    ID = 561
-    WIRE = "TTBB"
+    ID: ClassVar[int] = 561
+    WIRE: ClassVar[str] = "TTBB"
 
     class Type(IntEnum):
         BOOLEAN = 0
@@ -4039,8 +4040,8 @@ class PlanVariable(Message, frozen=True):
 class PlanGeneration(Message, frozen=True):
     """Plan Generation."""
 
-    ID = 562
-    WIRE = "BBTT"
+    ID: ClassVar[int] = 562
+    WIRE: ClassVar[str] = "BBTT"
 
     class Cmd(IntEnum):
         GENERATE = 0
@@ -4060,8 +4061,8 @@ class PlanGeneration(Message, frozen=True):
 class LeaderState(Message, frozen=True):
     """Leader State."""
 
-    ID = 563
-    WIRE = "TBddffffffffffffffff"
+    ID: ClassVar[int] = 563
+    WIRE: ClassVar[str] = "TBddffffffffffffffff"
 
     class Op(IntEnum):
         REQUEST = 0
@@ -4093,8 +4094,8 @@ class LeaderState(Message, frozen=True):
 class PlanStatistics(Message, frozen=True):
     """Plan Statistics."""
 
-    ID = 564
-    WIRE = "TBBTTTT"
+    ID: ClassVar[int] = 564
+    WIRE: ClassVar[str] = "TBBTTTT"
 
     class Type(IntEnum):
         PREPLAN = 0
@@ -4120,8 +4121,8 @@ class PlanStatistics(Message, frozen=True):
 class ReportedState(Message, frozen=True):
     """Reported State."""
 
-    ID = 600
-    WIRE = "dddddddTB"
+    ID: ClassVar[int] = 600
+    WIRE: ClassVar[str] = "dddddddTB"
 
     class SType(IntEnum):
         WI_FI = 0
@@ -4144,8 +4145,8 @@ class ReportedState(Message, frozen=True):
 class RemoteSensorInfo(Message, frozen=True):
     """Remote Sensor Info."""
 
-    ID = 601
-    WIRE = "TTddffT"
+    ID: ClassVar[int] = 601
+    WIRE: ClassVar[str] = "TTddffT"
 
     id: str = ""  # plaintext
     sensor_class: str = ""  # plaintext
@@ -4159,9 +4160,9 @@ class RemoteSensorInfo(Message, frozen=True):
 class Map(MessageWithLists, frozen=True):
     """Map."""
 
-    ID = 602
-    WIRE = "TL"
-    LISTS = ("features",)
+    ID: ClassVar[int] = 602
+    WIRE: ClassVar[str] = "TL"
+    LISTS: ClassVar[tuple[str, ...]] = ("features",)
 
     id: str = ""  # plaintext
     features: tuple[Message | None, ...] = ()  # message-list, MapFeature
@@ -4170,9 +4171,9 @@ class Map(MessageWithLists, frozen=True):
 class MapFeature(MessageWithLists, frozen=True):
     """Map Feature."""
 
-    ID = 603
-    WIRE = "TBBBBL"
-    LISTS = ("feature",)
+    ID: ClassVar[int] = 603
+    WIRE: ClassVar[str] = "TBBBBL"
+    LISTS: ClassVar[tuple[str, ...]] = ("feature",)
 
     class FeatureType(IntEnum):
         POI = 0
@@ -4194,8 +4195,8 @@ class MapFeature(MessageWithLists, frozen=True):
 class MapPoint(Message, frozen=True):
     """MapPoint."""
 
-    ID = 604
-    WIRE = "ddf"
+    ID: ClassVar[int] = 604
+    WIRE: ClassVar[str] = "ddf"
 
     lat: float = 0.0  # rad, fp64
     lon: float = 0.0  # rad, fp64
@@ -4205,8 +4206,8 @@ class MapPoint(Message, frozen=True):
 class CcuEvent(Message, frozen=True):
     """CCU Event."""
 
-    ID = 606
-    WIRE = "BTM"
+    ID: ClassVar[int] = 606
+    WIRE: ClassVar[str] = "BTM"
 
     class Type(IntEnum):
         LOG_ENTRY = 1
@@ -4227,9 +4228,9 @@ class CcuEvent(Message, frozen=True):
 class VehicleLinks(MessageWithLists, frozen=True):
     """Vehicle Links."""
 
-    ID = 650
-    WIRE = "TL"
-    LISTS = ("links",)
+    ID: ClassVar[int] = 650
+    WIRE: ClassVar[str] = "TL"
+    LISTS: ClassVar[tuple[str, ...]] = ("links",)
 
     localname: str = ""  # plaintext
     links: tuple[Message | None, ...] = ()  # message-list, Announce
@@ -4238,8 +4239,8 @@ class VehicleLinks(MessageWithLists, frozen=True):
 class TrexObservation(Message, frozen=True):
     """TREX Observation."""
 
-    ID = 651
-    WIRE = "TTT"
+    ID: ClassVar[int] = 651
+    WIRE: ClassVar[str] = "TTT"
 
     timeline: str = ""  # plaintext
     predicate: str = ""  # plaintext
@@ -4249,8 +4250,8 @@ class TrexObservation(Message, frozen=True):
 class TrexCommand(Message, frozen=True):
     """TREX Command."""
 
-    ID = 652
-    WIRE = "BTT"
+    ID: ClassVar[int] = 652
+    WIRE: ClassVar[str] = "BTT"
 
     class Command(IntEnum):
         DISABLE = 0
@@ -4268,8 +4269,8 @@ class TrexCommand(Message, frozen=True):
 class TrexOperation(Message, frozen=True):
     """TREX Operation."""
 
-    ID = 655
-    WIRE = "BTM"
+    ID: ClassVar[int] = 655
+    WIRE: ClassVar[str] = "BTM"
 
     class Op(IntEnum):
         POST_TOKEN = 1
@@ -4286,8 +4287,8 @@ class TrexOperation(Message, frozen=True):
 class TrexAttribute(Message, frozen=True):
     """TREX Attribute."""
 
-    ID = 656
-    WIRE = "TBTT"
+    ID: ClassVar[int] = 656
+    WIRE: ClassVar[str] = "TBTT"
 
     class AttrType(IntEnum):
         BOOL = 1
@@ -4305,9 +4306,9 @@ class TrexAttribute(Message, frozen=True):
 class TrexToken(MessageWithLists, frozen=True):
     """TREX Token."""
 
-    ID = 657
-    WIRE = "TTL"
-    LISTS = ("attributes",)
+    ID: ClassVar[int] = 657
+    WIRE: ClassVar[str] = "TTL"
+    LISTS: ClassVar[tuple[str, ...]] = ("attributes",)
 
     timeline: str = ""  # plaintext
     predicate: str = ""  # plaintext
@@ -4317,9 +4318,9 @@ class TrexToken(MessageWithLists, frozen=True):
 class TrexPlan(MessageWithLists, frozen=True):
     """TREX Plan."""
 
-    ID = 658
-    WIRE = "TL"
-    LISTS = ("tokens",)
+    ID: ClassVar[int] = 658
+    WIRE: ClassVar[str] = "TL"
+    LISTS: ClassVar[tuple[str, ...]] = ("tokens",)
 
     reactor: str = ""  # plaintext
     tokens: tuple[Message | None, ...] = ()  # message-list, TrexToken
@@ -4328,8 +4329,8 @@ class TrexPlan(MessageWithLists, frozen=True):
 class Event(Message, frozen=True):
     """Event."""
 
-    ID = 660
-    WIRE = "TT"
+    ID: ClassVar[int] = 660
+    WIRE: ClassVar[str] = "TT"
 
     topic: str = ""  # plaintext
     data: str = ""  # TupleList, plaintext
@@ -4338,8 +4339,8 @@ class Event(Message, frozen=True):
 class CompressedImage(Message, frozen=True):
     """Compressed Image."""
 
-    ID = 702
-    WIRE = "BR"
+    ID: ClassVar[int] = 702
+    WIRE: ClassVar[str] = "BR"
 
     frameid: int = 0  # uint8
     data: bytes = b""  # rawdata
@@ -4348,8 +4349,8 @@ class CompressedImage(Message, frozen=True):
 class ImageTxSettings(Message, frozen=True):
     """Image Transmission Settings."""
 
-    ID = 703
-    WIRE = "BBBB"
+    ID: ClassVar[int] = 703
+    WIRE: ClassVar[str] = "BBBB"
 
     fps: int = 0  # uint8
     quality: int = 0  # uint8
@@ -4360,8 +4361,8 @@ class ImageTxSettings(Message, frozen=True):
 class RemoteState(Message, frozen=True):
     """Remote State."""
 
-    ID = 750
-    WIRE = "ffBff"
+    ID: ClassVar[int] = 750
+    WIRE: ClassVar[str] = "ffBff"
 
     lat: float = 0.0  # rad, fp32, -1.5708 to 1.5708
     lon: float = 0.0  # rad, fp32, -3.14159 to 3.14159
@@ -4373,8 +4374,8 @@ class RemoteState(Message, frozen=True):
 class Target(Message, frozen=True):
     """Target."""
 
-    ID = 800
-    WIRE = "TddfBff"
+    ID: ClassVar[int] = 800
+    WIRE: ClassVar[str] = "TddfBff"
 
     label: str = ""  # plaintext
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -4388,8 +4389,8 @@ class Target(Message, frozen=True):
 class EntityParameter(Message, frozen=True):
     """EntityParameter."""
 
-    ID = 801
-    WIRE = "TT"
+    ID: ClassVar[int] = 801
+    WIRE: ClassVar[str] = "TT"
 
     name: str = ""  # plaintext
     value: str = ""  # plaintext
@@ -4398,9 +4399,9 @@ class EntityParameter(Message, frozen=True):
 class EntityParameters(MessageWithLists, frozen=True):
     """EntityParameters."""
 
-    ID = 802
-    WIRE = "TL"
-    LISTS = ("params",)
+    ID: ClassVar[int] = 802
+    WIRE: ClassVar[str] = "TL"
+    LISTS: ClassVar[tuple[str, ...]] = ("params",)
 
     name: str = ""  # plaintext
     params: tuple[Message | None, ...] = ()  # message-list, EntityParameter
@@ -4409,8 +4410,8 @@ class EntityParameters(MessageWithLists, frozen=True):
 class QueryEntityParameters(Message, frozen=True):
     """QueryEntityParameters."""
 
-    ID = 803
-    WIRE = "TTT"
+    ID: ClassVar[int] = 803
+    WIRE: ClassVar[str] = "TTT"
 
     name: str = ""  # plaintext
     visibility: str = ""  # plaintext
@@ -4420,9 +4421,9 @@ class QueryEntityParameters(Message, frozen=True):
 class SetEntityParameters(MessageWithLists, frozen=True):
     """SetEntityParameters."""
 
-    ID = 804
-    WIRE = "TL"
-    LISTS = ("params",)
+    ID: ClassVar[int] = 804
+    WIRE: ClassVar[str] = "TL"
+    LISTS: ClassVar[tuple[str, ...]] = ("params",)
 
     name: str = ""  # plaintext
     params: tuple[Message | None, ...] = ()  # message-list, EntityParameter
@@ -4431,8 +4432,8 @@ class SetEntityParameters(MessageWithLists, frozen=True):
 class SaveEntityParameters(Message, frozen=True):
     """SaveEntityParameters."""
 
-    ID = 805
-    WIRE = "T"
+    ID: ClassVar[int] = 805
+    WIRE: ClassVar[str] = "T"
 
     name: str = ""  # plaintext
 
@@ -4440,8 +4441,8 @@ class SaveEntityParameters(Message, frozen=True):
 class CreateSession(Message, frozen=True):
     """Create Session."""
 
-    ID = 806
-    WIRE = "I"
+    ID: ClassVar[int] = 806
+    WIRE: ClassVar[str] = "I"
 
     timeout: int = 0  # uint32
 
@@ -4449,8 +4450,8 @@ class CreateSession(Message, frozen=True):
 class CloseSession(Message, frozen=True):
     """Close Session."""
 
-    ID = 807
-    WIRE = "I"
+    ID: ClassVar[int] = 807
+    WIRE: ClassVar[str] = "I"
 
     sessid: int = 0  # uint32
 
@@ -4458,8 +4459,8 @@ class CloseSession(Message, frozen=True):
 class SessionSubscription(Message, frozen=True):
     """Session Subscription."""
 
-    ID = 808
-    WIRE = "IT"
+    ID: ClassVar[int] = 808
+    WIRE: ClassVar[str] = "IT"
 
     sessid: int = 0  # uint32
     messages: str = ""  # plaintext
@@ -4468,8 +4469,8 @@ class SessionSubscription(Message, frozen=True):
 class SessionKeepAlive(Message, frozen=True):
     """Session Keep-Alive."""
 
-    ID = 809
-    WIRE = "I"
+    ID: ClassVar[int] = 809
+    WIRE: ClassVar[str] = "I"
 
     sessid: int = 0  # uint32
 
@@ -4477,8 +4478,8 @@ class SessionKeepAlive(Message, frozen=True):
 class SessionStatus(Message, frozen=True):
     """Session Status."""
 
-    ID = 810
-    WIRE = "IB"
+    ID: ClassVar[int] = 810
+    WIRE: ClassVar[str] = "IB"
 
     class Status(IntEnum):
         ESTABLISHED = 1
@@ -4491,8 +4492,8 @@ class SessionStatus(Message, frozen=True):
 class PushEntityParameters(Message, frozen=True):
     """Push Entity Parameters."""
 
-    ID = 811
-    WIRE = "T"
+    ID: ClassVar[int] = 811
+    WIRE: ClassVar[str] = "T"
 
     name: str = ""  # plaintext
 
@@ -4500,8 +4501,8 @@ class PushEntityParameters(Message, frozen=True):
 class PopEntityParameters(Message, frozen=True):
     """Pop Entity Parameters."""
 
-    ID = 812
-    WIRE = "T"
+    ID: ClassVar[int] = 812
+    WIRE: ClassVar[str] = "T"
 
     name: str = ""  # plaintext
 
@@ -4509,8 +4510,8 @@ class PopEntityParameters(Message, frozen=True):
 class IoEvent(Message, frozen=True):
     """I/O Event."""
 
-    ID = 813
-    WIRE = "BT"
+    ID: ClassVar[int] = 813
+    WIRE: ClassVar[str] = "BT"
 
     class Type(IntEnum):
         INPUT = 1
@@ -4523,8 +4524,8 @@ class IoEvent(Message, frozen=True):
 class UamTxFrame(Message, frozen=True):
     """UamTxFrame."""
 
-    ID = 814
-    WIRE = "HTBR"
+    ID: ClassVar[int] = 814
+    WIRE: ClassVar[str] = "HTBR"
 
     class Flags(IntFlag):
         ACK = 0x1
@@ -4540,8 +4541,8 @@ class UamTxFrame(Message, frozen=True):
 class UamRxFrame(Message, frozen=True):
     """UamRxFrame."""
 
-    ID = 815
-    WIRE = "TTBR"
+    ID: ClassVar[int] = 815
+    WIRE: ClassVar[str] = "TTBR"
 
     class Flags(IntFlag):
         PROMISCUOUS = 0x1
@@ -4556,8 +4557,8 @@ class UamRxFrame(Message, frozen=True):
 class UamTxStatus(Message, frozen=True):
     """UamTxStatus."""
 
-    ID = 816
-    WIRE = "HBT"
+    ID: ClassVar[int] = 816
+    WIRE: ClassVar[str] = "HBT"
 
     class Value(IntEnum):
         DONE = 0
@@ -4580,8 +4581,8 @@ class UamTxStatus(Message, frozen=True):
 class UamRxRange(Message, frozen=True):
     """UamRxRange."""
 
-    ID = 817
-    WIRE = "HTf"
+    ID: ClassVar[int] = 817
+    WIRE: ClassVar[str] = "HTf"
 
     seq: int = 0  # uint16
     sys: str = ""  # plaintext
@@ -4591,8 +4592,8 @@ class UamRxRange(Message, frozen=True):
 class UamTxRange(Message, frozen=True):
     """UamTxRange."""
 
-    ID = 818
-    WIRE = "HTf"
+    ID: ClassVar[int] = 818
+    WIRE: ClassVar[str] = "HTf"
 
     seq: int = 0  # uint16
     sys_dst: str = ""  # plaintext
@@ -4602,8 +4603,8 @@ class UamTxRange(Message, frozen=True):
 class FormCtrlParam(Message, frozen=True):
     """Formation Control Parameters."""
 
-    ID = 820
-    WIRE = "BffIff"
+    ID: ClassVar[int] = 820
+    WIRE: ClassVar[str] = "BffIff"
 
     class Action(IntEnum):
         REQ = 0
@@ -4621,8 +4622,8 @@ class FormCtrlParam(Message, frozen=True):
 class FormationEval(Message, frozen=True):
     """Formation Evaluation Data."""
 
-    ID = 821
-    WIRE = "fff"
+    ID: ClassVar[int] = 821
+    WIRE: ClassVar[str] = "fff"
 
     err_mean: float = 0.0  # fp32
     dist_min_abs: float = 0.0  # fp32
@@ -4632,8 +4633,8 @@ class FormationEval(Message, frozen=True):
 class FormationControlParams(Message, frozen=True):
     """Formation Control Parameters."""
 
-    ID = 822
-    WIRE = "Bffffffffff"
+    ID: ClassVar[int] = 822
+    WIRE: ClassVar[str] = "Bffffffffff"
 
     class Action(IntEnum):
         REQ = 0
@@ -4656,8 +4657,8 @@ class FormationControlParams(Message, frozen=True):
 class FormationEvaluation(Message, frozen=True):
     """Formation Evaluation Data."""
 
-    ID = 823
-    WIRE = "BBfffffM"
+    ID: ClassVar[int] = 823
+    WIRE: ClassVar[str] = "BBfffffM"
 
     class Type(IntEnum):
         REQUEST = 0
@@ -4683,8 +4684,8 @@ class FormationEvaluation(Message, frozen=True):
 class SoiWaypoint(Message, frozen=True):
     """SOI Waypoint."""
 
-    ID = 850
-    WIRE = "ffIH"
+    ID: ClassVar[int] = 850
+    WIRE: ClassVar[str] = "ffIH"
 
     lat: float = 0.0  # °, fp32
     lon: float = 0.0  # °, fp32
@@ -4695,9 +4696,9 @@ class SoiWaypoint(Message, frozen=True):
 class SoiPlan(MessageWithLists, frozen=True):
     """SOI Plan."""
 
-    ID = 851
-    WIRE = "HL"
-    LISTS = ("waypoints",)
+    ID: ClassVar[int] = 851
+    WIRE: ClassVar[str] = "HL"
+    LISTS: ClassVar[tuple[str, ...]] = ("waypoints",)
 
     plan_id: int = 0  # uint16
     waypoints: tuple[Message | None, ...] = ()  # message-list, SoiWaypoint
@@ -4706,8 +4707,8 @@ class SoiPlan(MessageWithLists, frozen=True):
 class SoiCommand(Message, frozen=True):
     """SOI Command."""
 
-    ID = 852
-    WIRE = "BBTMT"
+    ID: ClassVar[int] = 852
+    WIRE: ClassVar[str] = "BBTMT"
 
     class Type(IntEnum):
         REQUEST = 1
@@ -4732,8 +4733,8 @@ class SoiCommand(Message, frozen=True):
 class SoiState(Message, frozen=True):
     """SOI State."""
 
-    ID = 853
-    WIRE = "BHBH"
+    ID: ClassVar[int] = 853
+    WIRE: ClassVar[str] = "BHBH"
 
     class State(IntEnum):
         EXEC = 1
@@ -4749,8 +4750,8 @@ class SoiState(Message, frozen=True):
 class MessagePart(Message, frozen=True):
     """Message Fragment."""
 
-    ID = 877
-    WIRE = "BBBR"
+    ID: ClassVar[int] = 877
+    WIRE: ClassVar[str] = "BBBR"
 
     uid: int = 0  # uint8
     frag_number: int = 0  # uint8
@@ -4761,8 +4762,8 @@ class MessagePart(Message, frozen=True):
 class MessagePartControl(Message, frozen=True):
     """Message Fragment Control."""
 
-    ID = 878
-    WIRE = "BBT"
+    ID: ClassVar[int] = 878
+    WIRE: ClassVar[str] = "BBT"
 
     class Op(IntEnum):
         STATUS_RECEIVED = 0
@@ -4776,8 +4777,8 @@ class MessagePartControl(Message, frozen=True):
 class NeptusBlob(Message, frozen=True):
     """Neptus Blob."""
 
-    ID = 888
-    WIRE = "TR"
+    ID: ClassVar[int] = 888
+    WIRE: ClassVar[str] = "TR"
 
     content_type: str = ""  # plaintext
     content: bytes = b""  # rawdata
@@ -4786,14 +4787,14 @@ class NeptusBlob(Message, frozen=True):
 class Aborted(Message, frozen=True):
     """Aborted."""
 
-    ID = 889
+    ID: ClassVar[int] = 889
 
 
 class UsblAngles(Message, frozen=True):
     """USBL Angles."""
 
-    ID = 890
-    WIRE = "Hff"
+    ID: ClassVar[int] = 890
+    WIRE: ClassVar[str] = "Hff"
 
     target: int = 0  # uint16
     bearing: float = 0.0  # rad, fp32
@@ -4803,8 +4804,8 @@ class UsblAngles(Message, frozen=True):
 class UsblPosition(Message, frozen=True):
     """USBL Position."""
 
-    ID = 891
-    WIRE = "Hfff"
+    ID: ClassVar[int] = 891
+    WIRE: ClassVar[str] = "Hfff"
 
     target: int = 0  # uint16
     x: float = 0.0  # m, fp32
@@ -4815,8 +4816,8 @@ class UsblPosition(Message, frozen=True):
 class UsblFix(Message, frozen=True):
     """USBL Fix."""
 
-    ID = 892
-    WIRE = "HddBf"
+    ID: ClassVar[int] = 892
+    WIRE: ClassVar[str] = "HddBf"
 
     target: int = 0  # uint16
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -4828,8 +4829,8 @@ class UsblFix(Message, frozen=True):
 class ParametersXml(Message, frozen=True):
     """Parameters XML."""
 
-    ID = 893
-    WIRE = "TR"
+    ID: ClassVar[int] = 893
+    WIRE: ClassVar[str] = "TR"
 
     locale: str = ""  # plaintext
     config: bytes = b""  # rawdata
@@ -4838,14 +4839,14 @@ class ParametersXml(Message, frozen=True):
 class GetParametersXml(Message, frozen=True):
     """Get Parameters XML."""
 
-    ID = 894
+    ID: ClassVar[int] = 894
 
 
 class SetImageCoords(Message, frozen=True):
     """Set Image Coordinates."""
 
-    ID = 895
-    WIRE = "BHH"
+    ID: ClassVar[int] = 895
+    WIRE: ClassVar[str] = "BHH"
 
     camid: int = 0  # uint8
     x: int = 0  # px, uint16
@@ -4855,8 +4856,8 @@ class SetImageCoords(Message, frozen=True):
 class GetImageCoords(Message, frozen=True):
     """Get Image Coordinates."""
 
-    ID = 896
-    WIRE = "BHH"
+    ID: ClassVar[int] = 896
+    WIRE: ClassVar[str] = "BHH"
 
     camid: int = 0  # uint8
     x: int = 0  # px, uint16
@@ -4866,8 +4867,8 @@ class GetImageCoords(Message, frozen=True):
 class GetWorldCoordinates(Message, frozen=True):
     """Get World Coordinates."""
 
-    ID = 897
-    WIRE = "Bddfff"
+    ID: ClassVar[int] = 897
+    WIRE: ClassVar[str] = "Bddfff"
 
     tracking: int = 0  # uint8, Boolean
     lat: float = 0.0  # rad, fp64
@@ -4880,8 +4881,8 @@ class GetWorldCoordinates(Message, frozen=True):
 class UsblAnglesExtended(Message, frozen=True):
     """USBL Angles Extended."""
 
-    ID = 898
-    WIRE = "Tffffffff"
+    ID: ClassVar[int] = 898
+    WIRE: ClassVar[str] = "Tffffffff"
 
     target: str = ""  # plaintext
     lbearing: float = 0.0  # rad, fp32
@@ -4897,8 +4898,8 @@ class UsblAnglesExtended(Message, frozen=True):
 class UsblPositionExtended(Message, frozen=True):
     """USBL Position Extended."""
 
-    ID = 899
-    WIRE = "Tffffffffff"
+    ID: ClassVar[int] = 899
+    WIRE: ClassVar[str] = "Tffffffffff"
 
     target: str = ""  # plaintext
     x: float = 0.0  # m, fp32
@@ -4916,8 +4917,8 @@ class UsblPositionExtended(Message, frozen=True):
 class UsblFixExtended(Message, frozen=True):
     """USBL Fix Extended."""
 
-    ID = 900
-    WIRE = "TddBff"
+    ID: ClassVar[int] = 900
+    WIRE: ClassVar[str] = "TddBff"
 
     target: str = ""  # plaintext
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -4930,8 +4931,8 @@ class UsblFixExtended(Message, frozen=True):
 class UsblModem(Message, frozen=True):
     """USBL Modem Configuration."""
 
-    ID = 901
-    WIRE = "TddfB"
+    ID: ClassVar[int] = 901
+    WIRE: ClassVar[str] = "TddfB"
 
     name: str = ""  # plaintext
     lat: float = 0.0  # rad, fp64, -1.5708 to 1.5708
@@ -4943,9 +4944,9 @@ class UsblModem(Message, frozen=True):
 class UsblConfig(MessageWithLists, frozen=True):
     """USBL Configuration."""
 
-    ID = 902
-    WIRE = "BL"
-    LISTS = ("modems",)
+    ID: ClassVar[int] = 902
+    WIRE: ClassVar[str] = "BL"
+    LISTS: ClassVar[tuple[str, ...]] = ("modems",)
 
     class Op(IntEnum):
         SET_CFG = 0
@@ -4959,8 +4960,8 @@ class UsblConfig(MessageWithLists, frozen=True):
 class DissolvedOrganicMatter(Message, frozen=True):
     """Dissolved Organic Matter."""
 
-    ID = 903
-    WIRE = "fB"
+    ID: ClassVar[int] = 903
+    WIRE: ClassVar[str] = "fB"
 
     class Type(IntEnum):
         COLORED = 0
@@ -4973,8 +4974,8 @@ class DissolvedOrganicMatter(Message, frozen=True):
 class OpticalBackscatter(Message, frozen=True):
     """Optical Backscattering Coefficient."""
 
-    ID = 904
-    WIRE = "f"
+    ID: ClassVar[int] = 904
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # 1/m, fp32
 
@@ -4982,8 +4983,8 @@ class OpticalBackscatter(Message, frozen=True):
 class Tachograph(Message, frozen=True):
     """Tachograph."""
 
-    ID = 905
-    WIRE = "dffffffffffffhhf"
+    ID: ClassVar[int] = 905
+    WIRE: ClassVar[str] = "dffffffffffffhhf"
 
     timestamp_last_service: float = 0.0  # s, fp64
     time_next_service: float = 0.0  # s, fp32
@@ -5006,8 +5007,8 @@ class Tachograph(Message, frozen=True):
 class ApmStatus(Message, frozen=True):
     """APM Status."""
 
-    ID = 906
-    WIRE = "BT"
+    ID: ClassVar[int] = 906
+    WIRE: ClassVar[str] = "BT"
 
     class Severity(IntEnum):
         EMERGENCY = 0
@@ -5026,8 +5027,8 @@ class ApmStatus(Message, frozen=True):
 class SadcReadings(Message, frozen=True):
     """SADC Readings."""
 
-    ID = 907
-    WIRE = "biB"
+    ID: ClassVar[int] = 907
+    WIRE: ClassVar[str] = "biB"
 
     class Gain(IntEnum):
         X1 = 0
@@ -5042,8 +5043,8 @@ class SadcReadings(Message, frozen=True):
 class DmsDetection(Message, frozen=True):
     """DMS Detection."""
 
-    ID = 908
-    WIRE = "ffffffffffffffff"
+    ID: ClassVar[int] = 908
+    WIRE: ClassVar[str] = "ffffffffffffffff"
 
     ch01: float = 0.0  # fp32
     ch02: float = 0.0  # fp32
@@ -5066,8 +5067,8 @@ class DmsDetection(Message, frozen=True):
 class HomePosition(Message, frozen=True):
     """Home Position."""
 
-    ID = 909
-    WIRE = "Bddfff"
+    ID: ClassVar[int] = 909
+    WIRE: ClassVar[str] = "Bddfff"
 
     class Op(IntEnum):
         SET = 1
@@ -5084,8 +5085,8 @@ class HomePosition(Message, frozen=True):
 class AbsoluteWind(Message, frozen=True):
     """Absolute Wind."""
 
-    ID = 911
-    WIRE = "fff"
+    ID: ClassVar[int] = 911
+    WIRE: ClassVar[str] = "fff"
 
     direction: float = 0.0  # rad, fp32
     speed: float = 0.0  # m/s, fp32
@@ -5095,8 +5096,8 @@ class AbsoluteWind(Message, frozen=True):
 class AisInfo(Message, frozen=True):
     """AIS Info."""
 
-    ID = 912
-    WIRE = "TTTTTBBddffffffff"
+    ID: ClassVar[int] = 912
+    WIRE: ClassVar[str] = "TTTTTBBddffffffff"
 
     msg_type: str = ""  # plaintext
     sensor_class: str = ""  # plaintext
@@ -5120,8 +5121,8 @@ class AisInfo(Message, frozen=True):
 class ENCAwareness(Message, frozen=True):
     """ENC Awareness."""
 
-    ID = 913
-    WIRE = "TT"
+    ID: ClassVar[int] = 913
+    WIRE: ClassVar[str] = "TT"
 
     depth_at_loc: str = ""  # plaintext
     danger: str = ""  # plaintext
@@ -5130,8 +5131,8 @@ class ENCAwareness(Message, frozen=True):
 class Displacement(Message, frozen=True):
     """Position Displacement."""
 
-    ID = 915
-    WIRE = "dddd"
+    ID: ClassVar[int] = 915
+    WIRE: ClassVar[str] = "dddd"
 
     time: float = 0.0  # s, fp64
     x: float = 0.0  # m, fp64
@@ -5142,9 +5143,9 @@ class Displacement(Message, frozen=True):
 class CurrentProfile(MessageWithLists, frozen=True):
     """Current Profile."""
 
-    ID = 1014
-    WIRE = "BBBL"
-    LISTS = ("profile",)
+    ID: ClassVar[int] = 1014
+    WIRE: ClassVar[str] = "BBBL"
+    LISTS: ClassVar[tuple[str, ...]] = ("profile",)
 
     class CoordSys(IntFlag):
         XYZ = 0x1
@@ -5161,9 +5162,9 @@ class CurrentProfile(MessageWithLists, frozen=True):
 class CurrentProfileCell(MessageWithLists, frozen=True):
     """Current Profile Cell."""
 
-    ID = 1015
-    WIRE = "fL"
-    LISTS = ("beams",)
+    ID: ClassVar[int] = 1015
+    WIRE: ClassVar[str] = "fL"
+    LISTS: ClassVar[tuple[str, ...]] = ("beams",)
 
     cell_position: float = 0.0  # m, fp32
     beams: tuple[Message | None, ...] = ()  # message-list, ADCPBeam
@@ -5172,8 +5173,8 @@ class CurrentProfileCell(MessageWithLists, frozen=True):
 class ADCPBeam(Message, frozen=True):
     """ADCP Beam Measurements."""
 
-    ID = 1016
-    WIRE = "ffB"
+    ID: ClassVar[int] = 1016
+    WIRE: ClassVar[str] = "ffB"
 
     vel: float = 0.0  # m/s, fp32
     amp: float = 0.0  # dB, fp32
@@ -5183,8 +5184,8 @@ class ADCPBeam(Message, frozen=True):
 class Frequency(Message, frozen=True):
     """Frequency."""
 
-    ID = 1017
-    WIRE = "f"
+    ID: ClassVar[int] = 1017
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # Hz, fp32
 
@@ -5192,8 +5193,8 @@ class Frequency(Message, frozen=True):
 class WaveSpectrumParameters(Message, frozen=True):
     """Wave Spectrum Parameters."""
 
-    ID = 1018
-    WIRE = "fffffffffffffffffffffffffff"
+    ID: ClassVar[int] = 1018
+    WIRE: ClassVar[str] = "fffffffffffffffffffffffffff"
 
     sig_wave_height_hm0: float = 0.0  # m, fp32
     wave_peak_direction: float = 0.0  # °, fp32
@@ -5227,8 +5228,8 @@ class WaveSpectrumParameters(Message, frozen=True):
 class GpioState(Message, frozen=True):
     """GPIO State."""
 
-    ID = 2000
-    WIRE = "TB"
+    ID: ClassVar[int] = 2000
+    WIRE: ClassVar[str] = "TB"
 
     name: str = ""  # plaintext
     value: int = 0  # uint8
@@ -5237,8 +5238,8 @@ class GpioState(Message, frozen=True):
 class EstimatedMugState(Message, frozen=True):
     """Estimated Mug State."""
 
-    ID = 2001
-    WIRE = "iff"
+    ID: ClassVar[int] = 2001
+    WIRE: ClassVar[str] = "iff"
 
     id: int = 0  # int32
     x: float = 0.0  # m, fp32
@@ -5248,8 +5249,8 @@ class EstimatedMugState(Message, frozen=True):
 class GpioStateSet(Message, frozen=True):
     """Set GPIO State."""
 
-    ID = 2002
-    WIRE = "TB"
+    ID: ClassVar[int] = 2002
+    WIRE: ClassVar[str] = "TB"
 
     name: str = ""  # plaintext
     value: int = 0  # uint8
@@ -5258,8 +5259,8 @@ class GpioStateSet(Message, frozen=True):
 class ColoredDissolvedOrganicMatter(Message, frozen=True):
     """Colored Dissolved Organic Matter."""
 
-    ID = 2003
-    WIRE = "f"
+    ID: ClassVar[int] = 2003
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -5267,8 +5268,8 @@ class ColoredDissolvedOrganicMatter(Message, frozen=True):
 class FluorescentDissolvedOrganicMatter(Message, frozen=True):
     """Fluorescent Dissolved Organic Matter."""
 
-    ID = 2004
-    WIRE = "f"
+    ID: ClassVar[int] = 2004
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # PPB, fp32
 
@@ -5276,8 +5277,8 @@ class FluorescentDissolvedOrganicMatter(Message, frozen=True):
 class TotalMagIntensity(Message, frozen=True):
     """Total Magnetic Field Intensity."""
 
-    ID = 2006
-    WIRE = "d"
+    ID: ClassVar[int] = 2006
+    WIRE: ClassVar[str] = "d"
 
     value: float = 0.0  # fp64
 
@@ -5285,8 +5286,8 @@ class TotalMagIntensity(Message, frozen=True):
 class CommRestriction(Message, frozen=True):
     """Communication Restriction."""
 
-    ID = 2010
-    WIRE = "BT"
+    ID: ClassVar[int] = 2010
+    WIRE: ClassVar[str] = "BT"
 
     class Restriction(IntFlag):
         SATELLITE = 0x1
@@ -5301,9 +5302,9 @@ class CommRestriction(Message, frozen=True):
 class QueryTypedEntityParameters(MessageWithLists, frozen=True):
     """Query Typed Entity Parameters."""
 
-    ID = 2016
-    WIRE = "BITL"
-    LISTS = ("parameters",)
+    ID: ClassVar[int] = 2016
+    WIRE: ClassVar[str] = "BITL"
+    LISTS: ClassVar[tuple[str, ...]] = ("parameters",)
 
     class Op(IntEnum):
         REQUEST = 0
@@ -5318,9 +5319,9 @@ class QueryTypedEntityParameters(MessageWithLists, frozen=True):
 class TypedEntityParameter(MessageWithLists, frozen=True):
     """Typed Entity Parameter."""
 
-    ID = 2017
-    WIRE = "TBTTTTffBBLBB"
-    LISTS = ("values_if_list",)
+    ID: ClassVar[int] = 2017
+    WIRE: ClassVar[str] = "TBTTTTffBBLBB"
+    LISTS: ClassVar[tuple[str, ...]] = ("values_if_list",)
 
     class Type(IntEnum):
         BOOL = 1
@@ -5362,8 +5363,8 @@ class TypedEntityParameter(MessageWithLists, frozen=True):
 class ValuesIf(Message, frozen=True):
     """Values If."""
 
-    ID = 2018
-    WIRE = "TTT"
+    ID: ClassVar[int] = 2018
+    WIRE: ClassVar[str] = "TTT"
 
     param: str = ""  # plaintext
     value: str = ""  # plaintext
@@ -5373,8 +5374,8 @@ class ValuesIf(Message, frozen=True):
 class VersionInfo(Message, frozen=True):
     """Version Info."""
 
-    ID = 2021
-    WIRE = "BTT"
+    ID: ClassVar[int] = 2021
+    WIRE: ClassVar[str] = "BTT"
 
     class Op(IntEnum):
         REPLY = 0
@@ -5388,8 +5389,8 @@ class VersionInfo(Message, frozen=True):
 class TotalHeading(Message, frozen=True):
     """Total Heading."""
 
-    ID = 2022
-    WIRE = "f"
+    ID: ClassVar[int] = 2022
+    WIRE: ClassVar[str] = "f"
 
     value: float = 0.0  # rad, fp32
 
@@ -5397,8 +5398,8 @@ class TotalHeading(Message, frozen=True):
 class BDI(Message, frozen=True):
     """Battery Detailed Info."""
 
-    ID = 2035
-    WIRE = "h"
+    ID: ClassVar[int] = 2035
+    WIRE: ClassVar[str] = "h"
 
     soh: int = 0  # %, int16
 
@@ -5406,8 +5407,8 @@ class BDI(Message, frozen=True):
 class TypedEntityParameterEditor(Message, frozen=True):
     """Typed Entity Parameter Editor."""
 
-    ID = 2036
-    WIRE = "T"
+    ID: ClassVar[int] = 2036
+    WIRE: ClassVar[str] = "T"
 
     value: str = ""  # plaintext
 
@@ -5415,8 +5416,8 @@ class TypedEntityParameterEditor(Message, frozen=True):
 class QueryBmsData(Message, frozen=True):
     """Query BMS Data."""
 
-    ID = 2041
-    WIRE = "BBBR"
+    ID: ClassVar[int] = 2041
+    WIRE: ClassVar[str] = "BBBR"
 
     class Op(IntEnum):
         READ_TELEMETRY = 0
@@ -5436,9 +5437,9 @@ class QueryBmsData(Message, frozen=True):
 class BmsData(MessageWithLists, frozen=True):
     """BMS Data."""
 
-    ID = 2042
-    WIRE = "MBBfffBBBHHHHHHHHIIIHHLLR"
-    LISTS = ("cell_voltages", "registers")
+    ID: ClassVar[int] = 2042
+    WIRE: ClassVar[str] = "MBBfffBBBHHHHHHHHIIIHHLLR"
+    LISTS: ClassVar[tuple[str, ...]] = ("cell_voltages", "registers")
 
     class ReqStatus(IntEnum):
         SUCCESS = 0
@@ -5589,8 +5590,8 @@ class BmsData(MessageWithLists, frozen=True):
 class BmsCellVoltage(Message, frozen=True):
     """BMS Cell Voltage."""
 
-    ID = 2043
-    WIRE = "Bf"
+    ID: ClassVar[int] = 2043
+    WIRE: ClassVar[str] = "Bf"
 
     cell_number: int = 0  # uint8
     voltage: float = 0.0  # V, fp32
@@ -5599,8 +5600,8 @@ class BmsCellVoltage(Message, frozen=True):
 class BmsRegister(Message, frozen=True):
     """BMS Register."""
 
-    ID = 2044
-    WIRE = "BR"
+    ID: ClassVar[int] = 2044
+    WIRE: ClassVar[str] = "BR"
 
     reg: int = 0  # uint8
     value: bytes = b""  # rawdata
@@ -5609,8 +5610,8 @@ class BmsRegister(Message, frozen=True):
 class CameraFrame(Message, frozen=True):
     """Camera Frame."""
 
-    ID = 2900
-    WIRE = "IdHHffffBffffffffffffffT"
+    ID: ClassVar[int] = 2900
+    WIRE: ClassVar[str] = "IdHHffffBffffffffffffffT"
 
     class Pose(IntEnum):
         ESTIMATE = 0

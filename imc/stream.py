@@ -54,7 +54,7 @@ class StreamParser:
         self._offset = 0
         self._adjoining = False
         self.losses: deque[Loss] = deque(maxlen=1000)
-        self.lost = 0
+        self.lost: int = 0
 
     def feed(self, data: bytes) -> list[Message]:
         """The messages completed by these bytes; a packet that cannot be decoded is a loss."""

@@ -11,7 +11,7 @@ class Backoff:
     """
 
     def __init__(self, first: float, longest: float, healthy_after: float = math.inf):
-        self.failures = 0
+        self.failures: int = 0
         self._first, self._longest, self._healthy_after = first, longest, healthy_after
         self._resumed = -math.inf
 

@@ -68,7 +68,7 @@ class LocatedError(ValueError):
     def __init__(self, reason: str, where: object = "") -> None:
         super().__init__(f"{where}: {reason}" if where != "" else reason)
         self.reason = reason
-        self.where = str(where)
+        self.where: str = str(where)
 
 
 class ProfileError(ValueError):
@@ -76,4 +76,4 @@ class ProfileError(ValueError):
 
     def __init__(self, problems: Sequence[Problem]):
         super().__init__("\n".join(map(str, problems)))
-        self.problems = list(problems)
+        self.problems: list[Problem] = list(problems)

@@ -16,13 +16,13 @@ class Element:
     __slots__ = ("attributes", "children", "error", "file", "line", "tag", "text")
 
     def __init__(self, tag: str, attributes: dict[str, str], file: str, line: int, error: type[LocatedError]) -> None:
-        self.tag = tag
-        self.error = error
-        self.attributes = attributes
+        self.tag: str = tag
+        self.error: type[LocatedError] = error
+        self.attributes: dict[str, str] = attributes
         self.children: list[Element] = []
-        self.file = file
-        self.line = line
-        self.text = ""
+        self.file: str = file
+        self.line: int = line
+        self.text: str = ""
 
     @property
     def where(self) -> str:

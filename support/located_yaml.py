@@ -34,11 +34,11 @@ class Node:
         error: type[LocatedError] = LocatedError,
         plain: bool = False,
     ) -> None:
-        self.content = content
-        self.file = file
-        self.line = line
-        self.error = error
-        self.plain = plain
+        self.content: str | list[Node] | dict[str, Node] = content
+        self.file: str = file
+        self.line: int = line
+        self.error: type[LocatedError] = error
+        self.plain: bool = plain
 
     @property
     def where(self) -> str:

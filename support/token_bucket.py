@@ -13,8 +13,10 @@ class TokenBucket:
     __slots__ = ("burst", "left", "now", "rate")
 
     def __init__(self, rate: float, burst: float):
-        self.rate, self.burst = rate, burst
-        self.left, self.now = burst, -math.inf
+        self.rate: float = rate
+        self.burst: float = burst
+        self.left: float = burst
+        self.now: float = -math.inf
 
     def refill(self, now: float) -> float:
         """Amount that may pass at the time `now` (s)."""

@@ -19,8 +19,9 @@ class LocalOrigin:
     """
 
     def __init__(self) -> None:
-        self.known = False
-        self.north = self.east = 0.0
+        self.known: bool = False
+        self.north: float = 0.0
+        self.east: float = 0.0
         self._reference: tuple[float, float] = NOWHERE
 
     def update(self, state: EstimatedState | SimulatedState) -> None:

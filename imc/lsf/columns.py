@@ -59,8 +59,8 @@ class ColumnReader:
 
         self.kind = kind
         self.places = places
-        self.rows = np.empty(places.offsets.size, dtype_of(kind))
-        self.whole = np.ones(places.offsets.size, np.bool_)
+        self.rows: NDArray[Any] = np.empty(places.offsets.size, dtype_of(kind))
+        self.whole: NDArray[np.bool_] = np.ones(places.offsets.size, np.bool_)
         self._decode = decode
         self._lose = lose
         self._codes = kind.wire_codes

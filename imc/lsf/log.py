@@ -72,7 +72,9 @@ class Log:
         keep_index: bool | Literal["beside"] = True,
         spread: ParallelMap | None = None,
     ):
-        self.path = find_log(Path(path))
+        self.path: Path = find_log(Path(path))
+        self.schema: Schema
+        self.schema_source: Path | None
         self.schema, self.schema_source = (schema, None) if schema else find_schema(self.path)
         self._crc = crc
         self._keep_index = keep_index

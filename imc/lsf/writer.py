@@ -20,8 +20,8 @@ class LsfWriter:
     """
 
     def __init__(self, path: str | os.PathLike[str] | None, compression: str = "gzip", block: int = BLOCK):
-        self.size = 0
-        self.waiting = 0
+        self.size: int = 0
+        self.waiting: int = 0
         self._pack: Callable[[bytes], bytes] = COMPRESSIONS[compression].pack if compression != "none" else bytes
         self._block = block
         self._packets = bytearray()
@@ -32,7 +32,7 @@ class LsfWriter:
 
     def open(self, path: str | os.PathLike[str]) -> None:
         """Make the file of a writer that has none yet."""
-        self.path = Path(path)
+        self.path: Path = Path(path)
         self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
 
     def write(self, packet: bytes) -> None:
