@@ -33,12 +33,13 @@ class ReceivedMessage:
     __slots__ = ("_values", "component", "content", "definition", "sequence", "signature", "signed", "system")
 
     def __init__(self, definition: Definition, system: int, component: int, sequence: int, content: bytes) -> None:
-        self.definition = definition
-        self.system = system
-        self.component = component
-        self.sequence = sequence
-        self.content = content
-        self.signature = self.signed = b""
+        self.definition: Definition = definition
+        self.system: int = system
+        self.component: int = component
+        self.sequence: int = sequence
+        self.content: bytes = content
+        self.signature: bytes = b""
+        self.signed: bytes = b""
         self._values: dict[str, Any] | None = None
 
     @property
@@ -98,7 +99,7 @@ class StreamSplitter:
     """
 
     def __init__(self, dialect: Dialect) -> None:
-        self.passed = 0
+        self.passed: int = 0
         self._dialect = dialect
         self._kept = b""
         self._damaged = False

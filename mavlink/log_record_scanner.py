@@ -46,8 +46,10 @@ class RecordScanner:
     """
 
     def __init__(self, data: mmap.mmap, position: int, definitions: RecordDefinitions):
-        self.position, self.lost, self.records = position, 0, 0
-        self.first_lost = -1
+        self.position: int = position
+        self.lost: int = 0
+        self.records: int = 0
+        self.first_lost: int = -1
         self._data = data
         self._size = len(data)
         self._definitions = definitions
@@ -87,9 +89,11 @@ class RecordLog:
 
     def __init__(self, path: Path):
         self.path = path
-        self.size = path.stat().st_size
-        self.position = self.lost = self.records = 0
-        self.first_lost = -1
+        self.size: int = path.stat().st_size
+        self.position: int = 0
+        self.lost: int = 0
+        self.records: int = 0
+        self.first_lost: int = -1
 
     def note_progress(self, scanner: RecordScanner, damaged: int) -> None:
         """Take what a scanner has read, of which `damaged` bytes are records that cannot be right."""

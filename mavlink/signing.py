@@ -66,7 +66,7 @@ class SigningTime:
         self._clock = clock
         self._keep = keep
         self.known = known
-        self.latest = max(0, min(latest, END))
+        self.latest: int = max(0, min(latest, END))
 
     @property
     def now(self) -> int:

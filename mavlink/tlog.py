@@ -38,12 +38,12 @@ class Tlog:
 
     def __init__(self, path: Path, dialect: Dialect):
         self.path = path
-        self.size = path.stat().st_size
-        self.lost = 0
-        self.first_lost = -1
-        self.position = 0
-        self.frames = 0
-        self.unknown = 0
+        self.size: int = path.stat().st_size
+        self.lost: int = 0
+        self.first_lost: int = -1
+        self.position: int = 0
+        self.frames: int = 0
+        self.unknown: int = 0
         self._dialect = dialect
 
     def read(self, names: frozenset[str]) -> Iterator[RecordedMessage]:

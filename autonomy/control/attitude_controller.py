@@ -38,17 +38,17 @@ class AttitudeController:
     """
 
     def __init__(self, gains: AttitudeGains):
-        self.rate = 0.0
+        self.rate: float = 0.0
         self._pitch_before: float | None = None
         self.set_gains(gains)
 
     def set_gains(self, gains: AttitudeGains) -> None:
         """Use other gains; the integrals start over."""
         self._levels = gains.levels
-        self.heading = PID.from_gains(gains.heading)
-        self.heading_rate = PID.from_gains(gains.heading_rate)
-        self.pitch = PID.from_gains(gains.pitch)
-        self.roll = PID.from_gains(gains.roll)
+        self.heading: PID = PID.from_gains(gains.heading)
+        self.heading_rate: PID = PID.from_gains(gains.heading_rate)
+        self.pitch: PID = PID.from_gains(gains.pitch)
+        self.roll: PID = PID.from_gains(gains.roll)
 
     def reset_pitch(self) -> None:
         """Forget the history of the pitch."""

@@ -17,7 +17,10 @@ class BlindDescent:
 
     def forget(self) -> None:
         """The vehicle rests on the ground."""
-        self._begun, self._highest, self._fallen, self.final = -math.inf, 0.0, 0.0, False
+        self._begun = -math.inf
+        self._highest = 0.0
+        self._fallen = 0.0
+        self.final: bool = False
 
     def begin(self, now: float, altitude: float) -> None:
         """Begin at a time (s) and an altitude (m)."""

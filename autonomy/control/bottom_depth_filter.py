@@ -18,9 +18,9 @@ class BottomEstimator:
         self._past: deque[float] = deque(maxlen=len(self._weights) or 1)
         self._altitude = -1.0
         self._measured = math.inf
-        self.is_known = False
-        self.depth = math.inf
-        self.rate = 0.0
+        self.is_known: bool = False
+        self.depth: float = math.inf
+        self.rate: float = 0.0
 
     def update(self, altitude: float, depth: float, dt: float) -> None:
         """Take altitude (m, negative if unknown) and depth (m) of the vehicle, `dt` (s) after those before.

@@ -31,8 +31,8 @@ class DepthController:
     """
 
     def __init__(self, gains: DepthGains, weights: Sequence[float] = ()):
-        self.bottom = BottomEstimator(weights)
-        self.limits = OperatingLimits()
+        self.bottom: BottomEstimator = BottomEstimator(weights)
+        self.limits: OperatingLimits = OperatingLimits()
         self._kept: float | None = None
         self.set_gains(gains)
         self.reset()
@@ -40,12 +40,13 @@ class DepthController:
     def set_gains(self, gains: DepthGains) -> None:
         """Use other gains; the integrals start over."""
         self.gains = gains
-        self.depth = PID.from_gains(gains.depth)
-        self.altitude = PID.from_gains(gains.altitude or gains.depth)
+        self.depth: PID = PID.from_gains(gains.depth)
+        self.altitude: PID = PID.from_gains(gains.altitude or gains.depth)
 
     def reset(self) -> None:
         """Forget the integrals, and the depth kept while altitude is unknown."""
-        self.held, self.lacks_altitude = "", False
+        self.held: str = ""
+        self.lacks_altitude: bool = False
         self._kept = None
         self.depth.reset()
         self.altitude.reset()

@@ -11,8 +11,8 @@ class EnabledLoops:
 
     def __init__(self, controlled: int):
         self.controlled = controlled
-        self.mask = 0
-        self.scope = 0
+        self.mask: int = 0
+        self.scope: int = 0
 
     def receive(self, message: imc.ControlLoops) -> bool:
         """Apply a message; True if it changed the mask."""

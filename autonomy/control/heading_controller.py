@@ -32,8 +32,10 @@ class HeadingController:
         """Clear references and history."""
         self.heading: float | None = None
         self.desired_rate: float | None = None
-        self.rate = 0.0
-        self.p = self.i = self.d = 0.0
+        self.rate: float = 0.0
+        self.p: float = 0.0
+        self.i: float = 0.0
+        self.d: float = 0.0
         self._accumulated = 0.0
         self._turned: float | None = None
         self._heading_law.reset()

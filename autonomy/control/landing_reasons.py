@@ -12,8 +12,8 @@ class LandingReasons:
     """Tracks fuel level (%) and mode of the vehicle, and how long it has hovered without a maneuver."""
 
     def __init__(self) -> None:
-        self.fuel = math.inf
-        self.erred = False
+        self.fuel: float = math.inf
+        self.erred: bool = False
         self._mode: int = Mode.BOOT
         self._waited = 0.0
 

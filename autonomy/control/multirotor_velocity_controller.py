@@ -72,9 +72,12 @@ class MultirotorController:
         for law in (self._north, self._east, self._down):
             law.reset()
         self.velocity: Vector = (0.0, 0.0, 0.0)
-        self.falling = self._brake = 0.0
+        self.falling: float = 0.0
+        self._brake = 0.0
         self._ramped: Vector = (0.0, 0.0, 0.0)
-        self.weight = self._by_integral = self._by_force = GRAVITY
+        self.weight: float = GRAVITY
+        self._by_integral = GRAVITY
+        self._by_force = GRAVITY
         self._confirmed, self._changed = False, 0.0
         self._thrust = GRAVITY
         self._blind = PID.from_gains(SPEED_GAINS)

@@ -47,7 +47,9 @@ class PID:
 
     def reset(self) -> None:
         """Clear the history."""
-        self.p = self.i = self.d = 0.0
+        self.p: float = 0.0
+        self.i: float = 0.0
+        self.d: float = 0.0
         self._accumulated = 0.0
 
     def step(self, dt: float, error: float, error_rate: float = 0.0) -> float:

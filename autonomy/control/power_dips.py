@@ -26,7 +26,7 @@ class PowerDips:
     """
 
     def __init__(self) -> None:
-        self.powered = True
+        self.powered: bool = True
         self._begins: deque[float] = deque(maxlen=REMEMBERED + 1)
         self._since = self._lost = self._longest = 0.0
         self._carried = math.inf

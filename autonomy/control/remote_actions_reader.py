@@ -22,7 +22,7 @@ class RemoteActionsReader:
 
     def reset(self, custom: str) -> None:
         """Start over; `custom` of Teleoperation may name the only system allowed to steer, as "src=16385"."""
-        self.source = parse_tuple_list_integer(custom, "src")
+        self.source: int | None = parse_tuple_list_integer(custom, "src")
         self.axes: dict[str, float] = {}
         self._down: set[str] = set()
 

@@ -36,12 +36,14 @@ class ThrusterController:
     def set_gains(self, gains: ThrusterGains) -> None:
         """Use other gains; the integrals start over."""
         self.gains = gains
-        self.speed = PID.from_gains(gains.speed)
+        self.speed: PID = PID.from_gains(gains.speed)
         self._rate = PID.from_gains(gains.rate)
 
     def reset(self) -> None:
         """Start from standstill."""
-        self.rpm = self.u = self.measured = 0.0
+        self.rpm: float = 0.0
+        self.u: float = 0.0
+        self.measured: float = 0.0
         self.reset_integrals()
 
     def reset_integrals(self) -> None:

@@ -11,7 +11,7 @@ class BottomGuard:
 
     def __init__(self, lowest: float):
         self._lowest = lowest
-        self.active = False
+        self.active: bool = False
 
     def update(self, wanted: float, depth: float, altitude: float) -> bool:
         """Take the desired depth, the vehicle's depth, and its altitude (m, negative if unknown).

@@ -38,9 +38,13 @@ class MultirotorGuidance:
         self, line: Line, circle: Circle | None, heading: float, *, takes_off: bool = False, lands: bool = False
     ) -> None:
         """Begin a path; the vehicle keeps its heading (rad) where the path has no direction over ground."""
-        self.line, self.circle, self.heading = line, circle, heading
+        self.line: Line = line
+        self.circle = circle
+        self.heading: float = heading
         self._takes_off, self._lands = takes_off, lands
-        self.near = self.loitering = self.landing = False
+        self.near: bool = False
+        self.loitering: bool = False
+        self.landing: bool = False
 
     def update_path_coordinates(self, line: Line, circle: Circle | None) -> None:
         """Continue along a line and a circle that have moved."""

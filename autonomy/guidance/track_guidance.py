@@ -44,13 +44,17 @@ class TrackGuidance:
     """
 
     def __init__(self, gains: TrackGuidanceGains, law: SteeringLaw):
-        self.gains, self.law = gains, law
+        self.gains: TrackGuidanceGains = gains
+        self.law: SteeringLaw = law
         self.begin(NOWHERE)
 
     def begin(self, track: Track, *, loitering: bool = False) -> None:
         """Begin a track; `loitering` if the vehicle is on its circle already."""
-        self.near, self.loitering = False, loitering
-        self.course = self.target = self.eta = 0.0
+        self.near: bool = False
+        self.loitering: bool = loitering
+        self.course: float = 0.0
+        self.target: float = 0.0
+        self.eta: float = 0.0
         self.update_track_coordinates(track)
 
     def update_track_coordinates(self, track: Track) -> None:
@@ -65,7 +69,8 @@ class TrackGuidance:
         if not gains.controls_course or speed < SLOWEST_COURSE:
             course = state.psi
             speed = speed if gains.controls_course else state.u
-        self.where = where = progress(self._straight, at, speed, course, state.psi)
+        where = progress(self._straight, at, speed, course, state.psi)
+        self.where: PathProgress = where
         self.eta = where.eta(gains.arrival_time, gains.slowest)
         if not self.loitering and not self.near and self.eta <= 0.0:
             self.loitering, self.near = track.radius > 0.0, track.radius <= 0.0

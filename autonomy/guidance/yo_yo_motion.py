@@ -54,8 +54,8 @@ class YoYoMotion:
 
     def __init__(self, settings: YoYoSettings, now: float):
         self.settings = settings
-        self.pitch = 0.0
-        self.short = math.inf
+        self.pitch: float = 0.0
+        self.short: float = math.inf
         self._slope = Slope.DOWN
         self._dived, self._deeper, self._sounded = -math.inf, now, now
 

@@ -26,10 +26,11 @@ class AerialHeight:
     """
 
     def __init__(self, noise: float, timeout: float, acceleration: tuple[float, float]):
-        self.barometer = BarometricHeight(noise)
+        self.barometer: BarometricHeight = BarometricHeight(noise)
         self.timeout = timeout
         self._noise, self._acceleration = noise, acceleration
-        self.ground, self.pressed = 0.0, -math.inf
+        self.ground: float = 0.0
+        self.pressed: float = -math.inf
         self.start(0.0, 0.0, -math.inf, (1.0, 1.0))
 
     def start(self, ground: float, down: float, now: float, variances: tuple[float, float]) -> None:
@@ -37,7 +38,7 @@ class AerialHeight:
 
         `variances` are those of velocity and accelerometer bias.
         """
-        self.filter = InertialFilter(1, *self._acceleration, (self._noise**2, *variances))
+        self.filter: InertialFilter = InertialFilter(1, *self._acceleration, (self._noise**2, *variances))
         self.filter.position[0] = down
         self.ground, self.pressed = ground, now
         self._falls = JumpGate(FALLS, AGREEMENT)

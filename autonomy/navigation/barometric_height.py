@@ -16,7 +16,7 @@ class BarometricHeight:
     """Averages heights between two steps, without impossible, stuck and noisy ones; `noise` (m) is the usual one."""
 
     def __init__(self, noise: float):
-        self.mean = SampleMean()
+        self.mean: SampleMean = SampleMean()
         self._repetitions, self._roughness = StuckDetector(), NoiseMonitor(NOISE_FACTOR * noise)
 
     def receive(self, now: float, pressure: float) -> None:

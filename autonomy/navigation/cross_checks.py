@@ -37,7 +37,8 @@ class AttitudeCheck:
         self._gate = JumpGate(count, math.radians(5.0))
         self._angles: Vector | None = None
         self._roll, self._pitch, self._heading = (Disagreement(TURN_MEMORY) for _ in range(3))
-        self.jump, self._patience = 0.0, 1.0
+        self.jump: float = 0.0
+        self._patience = 1.0
 
     @property
     def rejects(self) -> bool:
@@ -110,7 +111,8 @@ class DepthCheck:
         self._depth = math.nan
         self._elapsed = self._sunk = self._driven = self._powered = self._blind = self._allowance = 0.0
         self._same, self._way, self._above = 0.0, 0.0, 0.0
-        self.velocity_faulty, self.fault = False, ""
+        self.velocity_faulty: bool = False
+        self.fault: str = ""
 
     def advance(self, dt: float, by_velocity: float | None, by_motor: float | None, speed: float = 0.0) -> None:
         """Advance by `dt` s with the speeds downward and the speed of the vehicle (m/s); None if unknown."""

@@ -11,8 +11,8 @@ class DepthFilter:
     """
 
     def __init__(self, acceleration: float, depth: float = 0.0):
-        self.depth = depth
-        self.rate = 0.0
+        self.depth: float = depth
+        self.rate: float = 0.0
         self._noise = acceleration**2
         self._p = (math.inf, 0.0, 1.0)
 

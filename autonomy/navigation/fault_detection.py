@@ -27,7 +27,7 @@ class JumpGate:
     spread: float
 
     def __post_init__(self) -> None:
-        self.rejected = 0
+        self.rejected: int = 0
         self._surprise: tuple[float, ...] = ()
 
     def evaluate(self, surprising: bool, *innovation: float) -> GateDecision:
@@ -55,7 +55,7 @@ class StuckDetector:
     """Notices that a sensor whose noise never let it repeat a value does so now."""
 
     def __init__(self) -> None:
-        self.repetitions = 0
+        self.repetitions: int = 0
         self._value = self._change = 0.0
         self._noise = 0
         self._coarse = False
@@ -86,7 +86,7 @@ class NoiseMonitor:
     limit: float
 
     def __post_init__(self) -> None:
-        self.noisy = False
+        self.noisy: bool = False
         self._variance = 0.0
         self._last: list[float] = []
 

@@ -43,11 +43,13 @@ class PositionEstimate:
     def __init__(
         self, fix: imc.GpsFix, depth: float, psi: float, variance: float, farthest: float, state: HorizontalFilter
     ):
-        self.lat, self.lon, self.height = fix.lat, fix.lon, fix.height + depth
+        self.lat: float = fix.lat
+        self.lon: float = fix.lon
+        self.height: float = fix.height + depth
         self.filter = state
         self._farthest = farthest
         self._gate = JumpGate(CONTRADICTIONS, AGREEMENT)
-        self.jump = 0.0
+        self.jump: float = 0.0
         state.x[PSI] = psi
         reset_position(state.x, state.p, 0.0, 0.0, variance)
 

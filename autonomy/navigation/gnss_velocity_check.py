@@ -30,8 +30,8 @@ class GnssVelocityCheck:
     """A receiver whose position moves against its own velocity is `faulty`; `reckoned` (m) then uses velocity."""
 
     def __init__(self) -> None:
-        self.faulty = False
-        self.reckoned = 0.0, 0.0
+        self.faulty: bool = False
+        self.reckoned: tuple[float, float] = 0.0, 0.0
         self._north, self._east = Disagreement(MEMORY), Disagreement(MEMORY)
         self._last: tuple[float, float, float, float, float] | None = None
 

@@ -37,7 +37,7 @@ class HardIronFit:
 
     def clear(self) -> None:
         """Forget all samples."""
-        self.count = 0
+        self.count: int = 0
         self._normal = np.zeros((3, 3))
         self._right = np.zeros(3)
         self._squares = 0.0

@@ -13,9 +13,9 @@ class InertialFilter:
     """
 
     def __init__(self, axes: int, noise: float, walk: float, variances: tuple[float, float, float]):
-        self.position = [0.0] * axes
-        self.velocity = [0.0] * axes
-        self.bias = [0.0] * axes
+        self.position: list[float] = [0.0] * axes
+        self.velocity: list[float] = [0.0] * axes
+        self.bias: list[float] = [0.0] * axes
         self._noise = noise * noise
         self._walk = walk * walk
         self._initial = variances

@@ -15,7 +15,7 @@ class SampleMean:
     def __init__(self) -> None:
         self.value: Vector = (0.0, 0.0, 0.0)
         self.interval_mean: Vector = (0.0, 0.0, 0.0)
-        self.last = -math.inf
+        self.last: float = -math.inf
         self._newest: Vector = (0.0, 0.0, 0.0)
         self._before: Vector | None = None
         self._x = self._y = self._z = 0.0

@@ -41,7 +41,10 @@ class SensorChecks:
         self._began = self._turned = began
         self._attitude = AttitudeCheck(max(1, round(PATIENCE * inputs.settings.execution_frequency)))
         self._depth = DepthCheck(DEPTHS, inputs.settings.dvl_misalignment)
-        self.attitude_time = self._depth_time = self._fix_time = self._deep_fix_time = -math.inf
+        self.attitude_time: float = -math.inf
+        self._depth_time = -math.inf
+        self._fix_time = -math.inf
+        self._deep_fix_time = -math.inf
         self._deep_fixes, self._fix_drift = 0, FixDriftDetector()
         self._held_fault, self._held_until = "", -math.inf
 

@@ -50,20 +50,28 @@ class SensorInputs:
 
     def restart(self, dvl_time: float) -> None:
         """Forget all measurements; the silence of the velocity log counts from `dvl_time` (s), inf without one."""
-        self.euler, self.rates, self.depth = SampleMean(), SampleMean(), SampleMean()
-        self.ground, self.water = SampleMean(), SampleMean()
+        self.euler: SampleMean = SampleMean()
+        self.rates: SampleMean = SampleMean()
+        self.depth: SampleMean = SampleMean()
+        self.ground: SampleMean = SampleMean()
+        self.water: SampleMean = SampleMean()
         self.fix: imc.GpsFix | None = None
         self._height = 0.0  # of the last fix, for those without
         self.place: imc.GpsFix | None = None
-        self.dvl_time = dvl_time
-        self.rpm = 0
-        self.altitude = UNKNOWN_ALTITUDE
-        self.rpm_time = self.altitude_time = -math.inf
+        self.dvl_time: float = dvl_time
+        self.rpm: int = 0
+        self.altitude: float = UNKNOWN_ALTITUDE
+        self.rpm_time: float = -math.inf
+        self.altitude_time: float = -math.inf
         self.velocity: Vector = (0.0, 0.0, 0.0)
-        self.velocity_time = self.heave_time = self.contradiction_time = -math.inf
+        self.velocity_time: float = -math.inf
+        self.heave_time: float = -math.inf
+        self.contradiction_time: float = -math.inf
         self.velocity_fault = ""  # why velocities are not used, for people
-        self.attitude_noise, self.altitude_noise = StuckDetector(), StuckDetector()
-        self.ground_noise, self.water_noise = StuckDetector(), StuckDetector()
+        self.attitude_noise: StuckDetector = StuckDetector()
+        self.altitude_noise: StuckDetector = StuckDetector()
+        self.ground_noise: StuckDetector = StuckDetector()
+        self.water_noise: StuckDetector = StuckDetector()
         self._altitude_gate = JumpGate(ALTITUDE_JUMPS, ALTITUDE_JUMP)
         self._turns = 0.0
 

@@ -35,7 +35,7 @@ class ThrustResponseCheck:
 
     def reset(self) -> None:
         """Start over: the vehicle rests."""
-        self.lags = False
+        self.lags: bool = False
         self._begin(0.0)
 
     def resume(self) -> None:
@@ -114,10 +114,10 @@ class BarometerLagCheck:
     def start(self, height: float, bias: float = 0.0) -> None:
         """Start at rest, at a height (m) and with a bias of the accelerometer (m/s²)."""
         self._begin(-height, 0.0, bias, AT_REST)
-        self.contradicts = False
+        self.contradicts: bool = False
 
     def _begin(self, down: float, speed: float, bias: float, variances: tuple[float, float, float]) -> None:
-        self.filter = InertialFilter(1, ACCELERATION_NOISE, BIAS_WALK, variances)
+        self.filter: InertialFilter = InertialFilter(1, ACCELERATION_NOISE, BIAS_WALK, variances)
         self.filter.position[0], self.filter.velocity[0], self.filter.bias[0] = down, speed, bias
         self._apart = 0.0
 

@@ -29,7 +29,7 @@ class UnderwaterEstimator:
     def __init__(self, inputs: SensorInputs):
         self._inputs = inputs
         settings = inputs.settings
-        self.vertical = DepthFilter(VERTICAL_ACCELERATION, settings.initial_depth)
+        self.vertical: DepthFilter = DepthFilter(VERTICAL_ACCELERATION, settings.initial_depth)
         self.position: PositionEstimate | None = None
         self.stream: Vector | None = None
         self._rate_gate = JumpGate(max(1, round(PATIENCE * settings.execution_frequency)), RATE_JUMP)

@@ -42,7 +42,7 @@ class Preflight:
         )
         if not self._limits.deepest >= 0.0:
             raise PreflightOptionError("Absolute Maximum Depth", f"must be 0 m or more, not {self._limits.deepest:g} m")
-        self.capacity = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
+        self.capacity: float = 3600.0 * _number(value, "Battery Capacity", 0.0)  # J
         self._longest_leg = longest_leg
         self._train = Powertrain(
             _table(value, "Speed Conversion -- MPS") or usual.speeds,

@@ -81,7 +81,7 @@ class AutopilotConnection:
         self.type: int = -1
         self.autopilot: int = -1
         self.counts: Counter[str] = Counter()
-        self.commands = CommandClient(self.send)
+        self.commands: CommandClient = CommandClient(self.send)
         self._own, self._port, self._warn, self._warned = own, port, warn, set[int]()
         self._signing = signing
         self._sign = signing.signer(COMPONENT) if signing is not None else None

@@ -48,15 +48,21 @@ class ModeController:
         missions: MissionClient,
     ) -> None:
         self._send_command, self._send_message = send_command, send
-        self._warn, self._reason, self.missions = warn, reason, missions
-        self.targets, self._speed, self._takeoff = PositionTargets(), LegSpeed(), TakeoffOrder(warn)
+        self._warn = warn
+        self._reason = reason
+        self.missions: MissionClient = missions
+        self.targets: PositionTargets = PositionTargets()
+        self._speed = LegSpeed()
+        self._takeoff = TakeoffOrder(warn)
         self.vehicle: SteeredVehicle | None = None
-        self.mode, self.armed, self.landed_state = -1, False, 0
+        self.mode: int = -1
+        self.armed: bool = False
+        self.landed_state: int = 0
         self.position: ReportedPosition | None = None
         self.leg: Leg | None = None
-        self.error = ""
-        self.goal = GuidedGoal.NONE
-        self.since = -math.inf
+        self.error: str = ""
+        self.goal: GuidedGoal = GuidedGoal.NONE
+        self.since: float = -math.inf
         self._ending, self._number = "hold", 0
         self._lost_in: int | None = None
         self._begin(GuidedGoal.NONE, -math.inf)

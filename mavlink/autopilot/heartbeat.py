@@ -10,8 +10,8 @@ class HeartbeatWatch:
     """
 
     def __init__(self) -> None:
-        self.at = -math.inf
-        self.lost = False
+        self.at: float = -math.inf
+        self.lost: bool = False
         self._late_at, self._back_at = math.inf, -math.inf
 
     @property

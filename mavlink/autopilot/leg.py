@@ -100,11 +100,19 @@ class Leg:
         if path.speed_units != imc.SpeedUnits.METERS_PS or path.speed <= 0.0:
             raise ValueError("the speed for an autopilot must be in m/s, and more than 0")
         here = path.flags & Flags.TAKEOFF or loiters_here(path)
+        self.lat: float
+        self.lon: float
         self.lat, self.lon = (at.lat, at.lon) if here else (path.end_lat, path.end_lon)
-        self.path, self.height, self.speed = path, height, path.speed
-        self.takes_off, self.lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
-        self.radius, self.side = max(0.0, path.lradius), circle_side(path)
-        self.near = self.loitering = self.arrived = False
+        self.path: imc.DesiredPath = path
+        self.height: float = height
+        self.speed: float = path.speed
+        self.takes_off: bool = bool(path.flags & Flags.TAKEOFF)
+        self.lands: bool = bool(path.flags & Flags.LAND)
+        self.radius: float = max(0.0, path.lradius)
+        self.side: int = circle_side(path)
+        self.near: bool = False
+        self.loitering: bool = False
+        self.arrived: bool = False
         self.item: int | None = None  # of the mission in the autopilot's memory
         self.start = 0  # the item to begin with, for those that come before it
         self._origin = at.lat, at.lon

@@ -14,7 +14,7 @@ class LegProgress:
     """Judges a leg with each new state; `error` is why it has to be given up, "" if it need not be."""
 
     def __init__(self) -> None:
-        self.error = ""
+        self.error: str = ""
         self._divergence = DivergenceMonitor(STUCK, None)
         self._reported = -math.inf
 

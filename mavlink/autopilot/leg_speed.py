@@ -26,7 +26,9 @@ class LegSpeed:
 
     def restart(self, speed: float) -> None:
         """There is a new leg."""
-        self.speed, self.error, self.warning = speed, "", ""
+        self.speed: float = speed
+        self.error: str = ""
+        self.warning: str = ""
         self._tries, self._due = 0, -math.inf
         self._accepted_at, self._wrong_since, self._slow_since = math.inf, math.inf, math.inf
         self._corrected = self._warned = False

@@ -17,7 +17,7 @@ class TakeoffOrder:
     """
 
     def __init__(self, warn: Callable[[str], object]) -> None:
-        self.climb = ClimbSpeed(warn)
+        self.climb: ClimbSpeed = ClimbSpeed(warn)
         self._ordered_at = self._doubted_at = math.inf
         self._reason = ""
 

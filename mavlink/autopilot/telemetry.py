@@ -32,12 +32,13 @@ class Telemetry:
 
     def __init__(self, dialect: Dialect, undulation: float, patience: float, age: Callable[[float], float]) -> None:
         self._age = age
-        self.clock = BootClock()
+        self.clock: BootClock = BootClock()
         self.patience = patience
         self.undulation = undulation
-        self.invalid = self.restarts = 0
+        self.invalid: int = 0
+        self.restarts: int = 0
         self.position: ReportedPosition | None = None
-        self.flies = False
+        self.flies: bool = False
         self._geoid = math.nan  # as the autopilot's GPS reports it
         self._warned = False
         self._text, self._text_at = "", -math.inf

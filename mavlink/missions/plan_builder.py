@@ -29,7 +29,7 @@ class PlanBuilder:
 
     def __init__(self, context: ConversionContext, first: int):
         self.context = context
-        self.speed = context.usual_speed
+        self.speed: tuple[float, int] = context.usual_speed
         self.level: Level | None = None
         self.place: Place | None = None
         self.pending: list[imc.Message] = []

@@ -54,7 +54,7 @@ class AutopilotTranslator:
     """
 
     def __init__(self, dialect: Dialect, type_: int = 0) -> None:
-        self.type = type_
+        self.type: int = type_
         self._enumerations = dialect.enumerations
         self._time = 0.0  # of the message at hand
         self._position: Any = None

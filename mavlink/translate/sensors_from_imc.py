@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import imc
 from mavlink.dialect import Fields
@@ -14,7 +15,8 @@ DOWN, FORWARD = 25, 0  # MAV_SENSOR_ORIENTATION
 ULTRASOUND = 1  # MAV_DISTANCE_SENSOR
 UNKNOWN_TEMPERATURE = 0x7FFF
 CELLS, MORE_CELLS = 10, 4
-Validity, FixType = imc.GpsFix.Validity, imc.GpsFix.Type
+Validity: TypeAlias = imc.GpsFix.Validity
+FixType: TypeAlias = imc.GpsFix.Type
 NO_FIX, FIX_2D, FIX_3D, FIX_DGPS, FIX_STATIC = 1, 2, 3, 4, 7
 FIXES: Mapping[int, int] = {
     FixType.DIFFERENTIAL: FIX_DGPS,

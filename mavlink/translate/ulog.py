@@ -83,7 +83,7 @@ class ULogTranslator:
         self._armed = False
         self._gps_name = ""
         self._time = 0.0
-        self.dropped = 0.0
+        self.dropped: float = 0.0
         """Seconds that the logger of PX4 has missed."""
 
         self._handlers: dict[str, Callable[[Any], TranslatedMessages]] = {

@@ -25,7 +25,9 @@ class ArmingChecks:
         self._entities = entities
         self._navigation = ""
         self._aborted_at = -math.inf
-        self.aligned = self.supervisor_silent = self.aborted = False
+        self.aligned: bool = False
+        self.supervisor_silent: bool = False
+        self.aborted: bool = False
 
     def update(self, message: imc.Message, label: str, now: float, *, lands: bool) -> None:
         """Take a message of the entity with this label; `lands`: the vehicle comes down by itself."""

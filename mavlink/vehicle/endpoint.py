@@ -91,21 +91,22 @@ class VehicleEndpoint:
         self._poll_due, self._tick_due = -math.inf, -math.inf
         self._warn = warn
         self._refusal = refusal
-        self.plans = plans or PlanClient(port)
-        self.mission = MissionStore(model, port, self.plans, self._report_reached)
-        self.control = VehicleControl(model, port, self.plans, self.mission, self._send_statustext_now)
-        self.failsafe, self.stations = GcsFailsafe(self.control), StationsInReach(port.age)
-        self.parameters = ParameterTable(equipment.parameters)
-        self.cameras = [
+        self.plans: PlanClient = plans or PlanClient(port)
+        self.mission: MissionStore = MissionStore(model, port, self.plans, self._report_reached)
+        self.control: VehicleControl = VehicleControl(model, port, self.plans, self.mission, self._send_statustext_now)
+        self.failsafe: GcsFailsafe = GcsFailsafe(self.control)
+        self.stations: StationsInReach = StationsInReach(port.age)
+        self.parameters: ParameterTable = ParameterTable(equipment.parameters)
+        self.cameras: list[CameraComponent] = [
             CameraComponent(component, view, model, port, equipment.pictures)
             for component, view in zip(cameras_from_imc.COMPONENTS, equipment.cameras, strict=False)
         ]
         model.camera = next((camera.label for camera in self.cameras if camera.takes_pictures), "")
-        self.id_conflicts = IdConflicts(
+        self.id_conflicts: IdConflicts = IdConflicts(
             model.system, frozenset((AUTOPILOT, *(camera.component for camera in self.cameras))), warn
         )
         metadata = ComponentMetadata(model.identity.name, self.parameters)
-        self.telemetry = AutopilotTelemetry(
+        self.telemetry: AutopilotTelemetry = AutopilotTelemetry(
             dialect, TelemetryContext(model, self.mission, metadata, equipment.named_values)
         )
         self._camera_telemetry = [CameraTelemetry(dialect, camera) for camera in self.cameras]
@@ -117,13 +118,13 @@ class VehicleEndpoint:
             self.control, OffboardTarget(self.control), Relays(self.control.publish, equipment.relays)
         )
         commands = {number: partial(command, targets) for number, command in COMMANDS.items()}
-        self.commands = CommandService(
+        self.commands: CommandService = CommandService(
             model,
             {**message_requests.COMMANDS, message_requests.SEND_BANNER: make_banner_handler(model.kind), **commands},
             COMMANDS.keys(),
             refusal,
         )
-        self.mission_transfer = MissionTransfer(self.mission)
+        self.mission_transfer: MissionTransfer = MissionTransfer(self.mission)
         self._control_service = SetpointService(targets)
         self._parameter_server = ParameterServer(self.parameters, port, self._all_sessions)
         self._services = (

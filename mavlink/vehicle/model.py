@@ -63,22 +63,25 @@ class VehicleModel:
         entities: Callable[[], Iterable[EntityView]],
     ):
         self.identity = identity
-        self.system, self.kind = identity.system, identity.kind
-        self.boot, self.undulation = identity.boot, identity.undulation
+        self.system: int = identity.system
+        self.kind: VehicleKind = identity.kind
+        self.boot: float = identity.boot
+        self.undulation: float = identity.undulation
         self.options = options
         self.entities = entities
         self._port = port
-        self.latest = LatestValues(lambda: [entity.label for entity in self.entities()], self.age)
-        self.limits = VehicleLimits(self.latest, port.profile_limit)
-        self.health = ArmingChecks(entities)
+        self.latest: LatestValues = LatestValues(lambda: [entity.label for entity in self.entities()], self.age)
+        self.limits: VehicleLimits = VehicleLimits(self.latest, port.profile_limit)
+        self.health: ArmingChecks = ArmingChecks(entities)
         self.home: positions.Home | None = None
         self.last_fix: imc.GpsFix | None = None
-        self.armed = False
-        self.held = False
+        self.armed: bool = False
+        self.held: bool = False
         self.notices: deque[tuple[int, str]] = deque(maxlen=REMEMBERED)
-        self.chosen_speed = 0.0
+        self.chosen_speed: float = 0.0
         self.command_count = 0  # that stations have given
-        self._chosen_number, self.chosen_mode = (Mode.MANUAL, -1, ""), Mode.MANUAL
+        self._chosen_number = (Mode.MANUAL, -1, "")
+        self.chosen_mode: Mode = Mode.MANUAL
         self.interrupted: tuple[Mode, int] = Mode.MANUAL, -1  # when stations were lost: mode, commands
 
     def update(self, message: imc.Message, label: str, now: float) -> None:

@@ -89,14 +89,16 @@ class Session:
     ):
         self.source = source
         self.cameras = cameras
-        self.flavor, self.low, self.speed = traits.flavor, traits.low, traits.speed
+        self.flavor: Flavor = traits.flavor
+        self.low: bool = traits.low
+        self.speed: float = traits.speed
         speed, line = traits.speed, traits.line
-        self.last_heard = now
-        self.contact = False
+        self.last_heard: float = now
+        self.contact: bool = False
         self.refusal = ""  # why orders of the present message's sender are not obeyed
-        self.received = SequenceTracker(speed)
-        self.bucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST)
-        self.retry_period = (LOW_PATIENCE if self.low else PATIENCE) * speed
+        self.received: SequenceTracker = SequenceTracker(speed)
+        self.bucket: TokenBucket = TokenBucket(DATAGRAMS_PER_SECOND / speed, DATAGRAM_BURST)
+        self.retry_period: float = (LOW_PATIENCE if self.low else PATIENCE) * speed
         self._transmit = transmit
         self._sign = traits.sign
         self._takes_more = traits.takes_more

@@ -82,7 +82,8 @@ class CameraTelemetry:
 
     def __init__(self, dialect: Dialect, camera: CameraComponent) -> None:
         self.dialect = dialect
-        self.system, self.component = camera.model.system, camera.component
+        self.system: int = camera.model.system
+        self.component: int = camera.component
         self.camera = camera
         can = [*EACH, *PICTURES, *(DETECTIONS if camera.detects else ()), *(VIDEO if camera.video else ())]
         self._rates = {name: rate for name, rate, _, _ in can}

@@ -52,10 +52,10 @@ class CameraComponent:
         self.component = component
         self.model = model
         self.pictures = pictures
-        self.video = view.video_url
-        self.parameters = ExtendedParameterTable(view.parameters)
-        self.taken = 0
-        self.interval = 0.0
+        self.video: str = view.video_url
+        self.parameters: ExtendedParameterTable = ExtendedParameterTable(view.parameters)
+        self.taken: int = 0
+        self.interval: float = 0.0
         self.pending: dict[tuple[Session, str], PendingChange] = {}
         self._shown = {parameter.id: parameter.encoded for parameter in self.parameters}
         self._entity = view.entity

@@ -58,7 +58,8 @@ class FtpError(Exception):
 
     def __init__(self, reason: FtpErrorCode, number: int = 0):
         super().__init__(reason.name)
-        self.reason, self.number = reason, number
+        self.reason: FtpErrorCode = reason
+        self.number: int = number
 
     @classmethod
     def of(cls, error: OSError) -> "FtpError":

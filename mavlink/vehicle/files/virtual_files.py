@@ -17,7 +17,7 @@ class MemoryFile:
 
     def __init__(self, content: bytes):
         self._content = content
-        self.size = min(len(content), LARGEST_FILE)
+        self.size: int = min(len(content), LARGEST_FILE)
 
     def read(self, offset: int, count: int) -> bytes:
         """At most `count` bytes; none at the end."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from enum import IntEnum
+from typing import TypeAlias
 
 import imc
 from autonomy.plans import main_sequence, remaining_plan
@@ -21,7 +22,8 @@ from mavlink.vehicle.mission.fence_store import FenceStore
 from mavlink.vehicle.mission.plan_client import OnReply, PlanClient, PlanReply
 from mavlink.vehicle.model import GUIDED_PLANS, VehicleModel
 
-Phase, Ended = imc.PlanControlState.State, imc.PlanControlState.LastOutcome
+Phase: TypeAlias = imc.PlanControlState.State
+Ended: TypeAlias = imc.PlanControlState.LastOutcome
 NO_PLAN = "no mission has been uploaded"
 REST_SUFFIX = "-rest"  # of a mission that continues
 
@@ -51,8 +53,8 @@ class MissionStore:
         reach: Callable[[Sequence[int]], object],
     ) -> None:
         self.plan: imc.PlanSpecification | None = None
-        self.state = MissionState.NO_MISSION
-        self.current = 0
+        self.state: MissionState = MissionState.NO_MISSION
+        self.current: int = 0
         self._plans = plans
         self._settings = model.conversion_settings
         self._fence = FenceStore(model.limits, port)

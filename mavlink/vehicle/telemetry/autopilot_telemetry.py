@@ -20,7 +20,7 @@ class AutopilotTelemetry:
 
     def __init__(self, dialect: Dialect, sources: TelemetryContext) -> None:
         self.dialect = dialect
-        self.system = sources.model.system
+        self.system: int = sources.model.system
         self.sources = sources
 
     @property
