@@ -10,6 +10,7 @@ from support.rotations import Vector, integrate_body_rates, wrap
 from tasks.simulated_world import FARTHEST, WorldFrame, has_valid_pose
 
 DURATION = 5.0  # s of states
+GAP = 1.0  # s between states, beyond which the motion in between is not known
 
 
 class PoseEstimate(NamedTuple):
@@ -49,7 +50,8 @@ class PoseHistory:
         bottom = state.z + state.alt if 0.0 < state.alt < math.inf else math.nan
         belief = PoseEstimate(north, east, state.z, bottom, (state.phi, state.theta, state.psi))
         self._states.append((state, belief))
-        while state.timestamp - self._states[0][0].timestamp > self.duration:
+        # One older state stays, so that a time just before the first state after a long silence lies between two.
+        while len(self._states) > 2 and state.timestamp - self._states[1][0].timestamp > self.duration:
             self._states.popleft()
         return fault
 
@@ -63,18 +65,25 @@ class PoseHistory:
         return None if isinstance(belief, str) else belief.pose
 
     def estimate_at(self, time: float, oldest: float) -> PoseEstimate | str:
-        """The belief of a time (s since 1970), or why there is none; the last state is carried on for `oldest` s."""
+        """The belief of a time (s since 1970), or why there is none; the last state is carried on for `oldest` s.
+
+        In a longer gap between states, it is carried on from the one before, or back from the one after.
+        """
         if not self._states:
             return "no EstimatedState"
         last, belief = self._states[-1]
         if time >= last.timestamp:
             return _carried(last, belief, time) if time - last.timestamp <= oldest else "no recent EstimatedState"
-        later = belief
-        after = last.timestamp
+        later, after, longest = belief, last, max(oldest, GAP)
         for state, belief in reversed(self._states):
             if state.timestamp <= time:
-                return _between(belief, later, (time - state.timestamp) / (after - state.timestamp))
-            later, after = belief, state.timestamp
+                gap, since = after.timestamp - state.timestamp, time - state.timestamp
+                if gap <= longest:
+                    return _between(belief, later, since / gap)
+                if min(since, gap - since) > longest:
+                    return "no EstimatedState near"
+                return _carried(state, belief, time) if since < gap - since else _carried(after, later, time)
+            later, after = belief, state
         return "older than the states"
 
 

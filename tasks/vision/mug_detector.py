@@ -42,6 +42,7 @@ WALKS = 0.002  # m/√s, of things that lie still
 STEADY = 0.1  # of the speed, by which it changes in a second
 LEAST_HUE = 10.0  # of 255, between the colors
 SILENT = 10.0  # s without a frame, after which the fault of a camera is over
+MOST_HELD = 8  # frames that wait for a state
 SLOPES = 3  # steps to where a ray meets the bottom of a map
 
 
@@ -134,6 +135,7 @@ class MUGDetector(Task):
         self.searched = self.dropped = 0
         self._asked = -math.inf
         self._busy = False
+        self._held = list[tuple[FrameModel, list[ImageDetection]]]()
         self._last: dict[str, float] = {}
         self._heard: dict[str, float] = {}
         self._faults: dict[str, str] = {}
@@ -147,6 +149,9 @@ class MUGDetector(Task):
         fault = self.pose_history.add(state)
         if fault:
             self._skip("", fault)
+        held, self._held = self._held, []
+        for shot, marks in held:
+            self._follow(shot, marks, may_wait=False)
 
     @consume
     def on_frame(self, frame: Frame) -> None:
@@ -174,12 +179,21 @@ class MUGDetector(Task):
     def _locate(self, shot: FrameModel, found: tuple[list[ImageDetection], str]) -> None:
         self._busy = False
         marks, error = found
+        if error:
+            self._skip(shot.camera, error)
+        else:
+            self._follow(shot, marks, may_wait=True)
+
+    def _follow(self, shot: FrameModel, marks: list[ImageDetection], *, may_wait: bool) -> None:
+        """Publish the tracks after a frame. Just after a stall, in which nobody could publish, it waits for a state."""
         belief, here = (self.pose_history.estimate_at(time, self.maximum_age) for time in (shot.time, self.now))
-        if error or isinstance(belief, str) or isinstance(here, str):
-            if self.recent_stall and not error:  # states of before are gone, or that of now is about to come
+        if isinstance(belief, str) or isinstance(here, str):
+            if not self.recent_stall:
+                self._skip(shot.camera, next(text for text in (belief, here) if isinstance(text, str)))
+            elif may_wait and len(self._held) < MOST_HELD:
+                self._held.append((shot, marks))
+            else:
                 self.dropped += 1
-                return
-            self._skip(shot.camera, error or next(text for text in (belief, here) if isinstance(text, str)))
             return
         standing = self._standing(belief)
         if not math.isfinite(standing.height):

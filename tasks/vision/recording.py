@@ -81,6 +81,7 @@ class Recording(ExternalCameraTask):
             self.log.warning(problem)
         self.failed += len(problems)
         if item is None:
+            self.share_held()
             counts = f"{self.taken} frames, {self.dropped} dropped, {self.failed} failed"
             if self.times == AS_RECORDED and not self._number:
                 counts += "; all pictures are earlier than the run"

@@ -1,6 +1,7 @@
 """Common parts of cameras whose pictures come from elsewhere: frames and their metadata."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,17 @@ from world.optics import CameraModel, PinholeModel
 from world.rendering import optical_to_body_transform
 
 OLDEST = 1.0  # s, beyond which an EstimatedState is too old for a picture
+MOST_HELD = 8  # pictures, which may be large
 NOWHERE = np.full((4, 4), math.nan)
+
+
+class _Picture(NamedTuple):
+    """A picture that waits for a pose: the arguments of `deliver`."""
+
+    time: float
+    image: NDArray[np.uint8]
+    stamp: float
+    what: str
 
 
 class ExternalCameraTask(MountedCameraTask):
@@ -41,13 +52,36 @@ class ExternalCameraTask(MountedCameraTask):
         self.taken = self.dropped = self.failed = 0
         self.pose_history = PoseHistory(world_of(self).origin)
         self._odd = ""
+        self._held = list[_Picture]()
 
     @consume
     def on_estimated_state(self, state: imc.EstimatedState) -> None:
         self.pose_history.add(state)
+        self.share_held()
 
     def deliver(self, time: float, image: NDArray[np.uint8], stamp: float, what: str = "") -> None:
-        """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s)."""
+        """Share a picture (height, width, 4) that was exposed at `time`, by its own clock at `stamp` (s).
+
+        Just after a stall, in which nobody could publish a state, it is held until the next state says where it was
+        taken, for at most `OLDEST` seconds.
+        """
+        unknown = self.pose_history.pose_at(time, OLDEST) is None and self.pose_history.latest_state is not None
+        if not (self._held or (unknown and self.recent_stall)):
+            self._share(time, image, stamp, what)
+            return
+        self._held.append(_Picture(time, image, stamp, what))
+        if len(self._held) > MOST_HELD:
+            self._share(*self._held.pop(0))
+        if len(self._held) == 1:
+            self.after(OLDEST, self.share_held)
+
+    def share_held(self) -> None:
+        """Share what is held, in its order, whether its pose is known or not."""
+        held, self._held = self._held, []
+        for picture in held:
+            self._share(*picture)
+
+    def _share(self, time: float, image: NDArray[np.uint8], stamp: float, what: str) -> None:
         height, width, _ = image.shape
         optics, told = self._optics, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed"
         if optics is not None and (optics.width, optics.height) != (width, height):
