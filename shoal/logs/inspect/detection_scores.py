@@ -27,13 +27,15 @@ from world.detection import (
     match_objects,
     project_to_plane,
 )
-from world.optics import project_by_row
+from world.optics import project_by_row, row_time
 
 SIMULATED, DETECTOR = "Simulators.MUGDetectionCamera", "Vision.MUGDetector"
 CAMERAS = (SIMULATED, "Vision.FisheyeCamera", "Vision.Camera")
 MOST_LOOKS = 20000
 MOST_SPREADS = 3000
 LONGEST = 30 * 86400.0  # s of a run
+SAME = 1e-4  # s by which a time may be rounded
+NO_DELIVERIES: Array = np.empty((0, 2))
 
 
 class DetectionScore(NamedTuple):
@@ -50,6 +52,8 @@ class _Camera(NamedTuple):
     `blur` is a further error per height; the accuracy is None where it is not published. What is seen on fewer pixels
     than `least` is not expected to be found. What is detected before `shared`, s since 1970, is of a picture before
     the log. `sea`: gliders without a depth lie on the surface. `readout` (s) passes over all rows of a rolling shutter.
+    `deliveries` (n, 2) has when frames were shared, and when they were exposed; after `latency` (s) of a virtual clock,
+    the detector publishes.
     """
 
     optics: Any
@@ -61,6 +65,17 @@ class _Camera(NamedTuple):
     shared: float = -math.inf
     sea: bool = False
     readout: float = 0.0
+    deliveries: Array = NO_DELIVERIES
+    latency: float = 0.0
+
+    def exposures(self, times: Array) -> Array:
+        """(n,) when the pictures were taken of which detections were published at `times`; those without frames."""
+        shared, exposed = self.deliveries[:, 0], self.deliveries[:, 1]
+        if not len(shared):
+            return times
+        newest, exact = (np.searchsorted(shared, times + late, "right") - 1 for late in (SAME, SAME - self.latency))
+        of = np.where((exact >= 0) & (times - self.latency - shared[exact] < 2.0 * SAME), exact, newest)
+        return np.where(of >= 0, exposed[of], times)
 
 
 class _Truth(NamedTuple):
@@ -129,14 +144,15 @@ def _judged(
     looking = eyes.get(label, ())
     rows = rows[rows["timestamp"] >= min((eye.shared for eye in looking), default=-math.inf)]
     offsets = np.stack([rows["x"], rows["y"]], axis=-1).astype(np.float64)
-    _, angles = truth.at(rows["timestamp"])
     to = _gliders(world, world.objects, truth, rows["timestamp"], began, sea=any(eye.sea for eye in looking[:1]))
     spreads = np.full((len(rows), 2, 2), np.nan)
     of = match_objects(offsets, to[..., :2])
     for eye in looking[:1]:
-        every = max(1, math.ceil(len(rows) / MOST_SPREADS))
-        for k in [k for k in range(0, len(rows), every) if of[k] >= 0]:
-            spreads[k] = _spread(eye, to[k, of[k]], angles[k])
+        times = eye.exposures(rows["timestamp"])
+        every = np.arange(len(rows)) % max(1, math.ceil(len(rows) / MOST_SPREADS)) == 0
+        for number, thing in enumerate(world.objects):
+            mine = np.flatnonzero(every & (of == number))
+            spreads[mine] = _spreads(eye, truth, world, thing, times[mine], began)
     shown = [_shown(eye, truth, world, began) for eye in looking if len(eye.looks)]
     seen = np.concatenate(shown) if shown else None
     found = detection_statistics(rows["id"], offsets, to[..., :2], spreads, seen)
@@ -169,6 +185,16 @@ def _shown(eye: _Camera, truth: _Truth, world: World, began: float) -> Array:
 
 def _shown_thing(eye: _Camera, truth: _Truth, world: World, thing: WorldObject, times: Array, began: float) -> Array:
     """(m,): which look showed an object."""
+    points_at = _moving_points(eye, truth, world, thing, times, began)
+    _, inside = project_by_row(eye.optics, eye.readout, points_at, times.shape)
+    distances = np.sum(points_at(np.zeros(times.shape)) ** 2, axis=-1)
+    return inside & (thing.length * thing.diameter * eye.optics.fx * eye.optics.fy / distances >= eye.least)
+
+
+def _moving_points(
+    eye: _Camera, truth: _Truth, world: World, thing: WorldObject, times: Array, began: float
+) -> Callable[[Array], Array]:
+    """A function from s after `times` (m,) to places (m, 3) of an object in the optical frame."""
 
     def points_at(offsets: Array) -> Array:
         _, angles = truth.at(times + offsets)
@@ -180,23 +206,25 @@ def _shown_thing(eye: _Camera, truth: _Truth, world: World, thing: WorldObject, 
         points[to[:, 2] <= 0.0] = above[to[:, 2] <= 0.0]
         return points
 
-    _, inside = project_by_row(eye.optics, eye.readout, points_at, times.shape)
-    distances = np.sum(points_at(np.zeros(times.shape)) ** 2, axis=-1)
-    return inside & (thing.length * thing.diameter * eye.optics.fx * eye.optics.fy / distances >= eye.least)
+    return points_at
 
 
-def _spread(eye: _Camera, to: Array, angles: Array) -> Array:
-    """(2, 2) of one detection, by the errors that its camera reports."""
-    if eye.accuracy is None:
-        return np.full((2, 2), np.nan)
-    mount = eye.mounts[int(to[2] <= 0.0)]
-    point = (np.array(rotation(*angles.tolist())).T @ to - mount[:3, 3]) @ mount[:3, :3]
-    pixel, _ = eye.optics.project(point)
-    standing = PoseOverPlane(0.0, 0.0, float(to[2]), tuple(angles.tolist()))
-    (seen,) = project_to_plane(eye.optics, mount, standing, pixel, eye.accuracy)
-    if seen is None:
-        return np.full((2, 2), np.nan)
-    return seen.covariance(eye.accuracy.pose_error_variances(abs(float(to[2])))) + (eye.blur * to[2]) ** 2 * np.eye(2)
+def _spreads(eye: _Camera, truth: _Truth, world: World, thing: WorldObject, times: Array, began: float) -> Array:
+    """(m, 2, 2) of detections in pictures of `times`, from where each row was exposed, by the errors of the camera."""
+    found = np.full((len(times), 2, 2), np.nan)
+    if eye.accuracy is None or not len(times):
+        return found
+    points_at = _moving_points(eye, truth, world, thing, times, began)
+    pixels, _ = project_by_row(eye.optics, eye.readout, points_at, times.shape)
+    exposed = times + row_time(eye.readout, pixels[:, 1], eye.optics.height) if eye.readout else times
+    offsets = _gliders(world, (thing,), truth, exposed, began, sea=eye.sea)[:, 0]
+    for k, (down, angles) in enumerate(zip(offsets[:, 2].tolist(), truth.at(exposed)[1].tolist(), strict=True)):
+        standing = PoseOverPlane(0.0, 0.0, down, tuple(angles))
+        (seen,) = project_to_plane(eye.optics, eye.mounts[int(down <= 0.0)], standing, pixels[k], eye.accuracy)
+        if seen is not None:
+            of_pose = eye.accuracy.pose_error_variances(abs(down))
+            found[k] = seen.covariance(of_pose) + (eye.blur * down) ** 2 * np.eye(2)
+    return found
 
 
 def _truth(log: imc.Log, summary: LogSummary, world: World) -> _Truth | None:
@@ -262,25 +290,25 @@ def _eyes(
         eyes: list[_Camera] = []
         for label, task in tasks.items():
             if isinstance(task, RenderedCameraTask) and values["camera"] in ("", label):
-                looks, shared = (np.empty(0), -math.inf) if frames is None else _looks(frames, label, labels)
+                looks, deliveries = (np.empty(0), NO_DELIVERIES) if frames is None else _looks(frames, label, labels)
+                shared = float(deliveries[0, 0]) if len(deliveries) else -math.inf
                 mount = optical_to_body_transform(task.mount)
                 least = 2.0 * values["least_pixels"]
                 accuracy, sea = accuracy_from_parameters(values), task.scene == "Sea Surface"
                 eyes.append(
                     _Camera(
                         *(task.camera.optics, (mount, mount), looks, accuracy, 0.0, least, shared, sea),
-                        task.row_readout_time,
+                        *(task.row_readout_time, deliveries, values["latency"]),
                     )
                 )
         found[options.get("Entity Label", "") or default_label(section)] = eyes
     return found
 
 
-def _looks(frames: Array, label: str, labels: Callable[[int], str]) -> tuple[Array, float]:
-    """Times of exposure of a camera, and when the first frame was shared, s since 1970."""
+def _looks(frames: Array, label: str, labels: Callable[[int], str]) -> tuple[Array, Array]:
+    """Times of exposure of a camera, not too many, and `_Camera.deliveries`."""
     mine = [entity for entity in np.unique(frames["src_ent"]).tolist() if labels(entity) == label]
     own = frames[np.isin(frames["src_ent"], mine)]
     times = np.sort(own["time"])
-    return times[:: max(1, math.ceil(len(times) / MOST_LOOKS))], float(own["timestamp"].min()) if len(
-        own
-    ) else -math.inf
+    own = own[np.argsort(own["timestamp"], kind="stable")]
+    return times[:: max(1, math.ceil(len(times) / MOST_LOOKS))], np.stack([own["timestamp"], own["time"]], axis=-1)

@@ -145,3 +145,65 @@ def test_no_code_of_a_log_runs(sailed, tmp_path, monkeypatch):
         file.write(more)
     assert HEAD in render_report(imc.Log(path))
     assert not (tmp_path / "ran").exists()
+
+
+ROLLING = """
+[General]
+Vehicle = lauv-noptilus-1
+[World]
+Gliders = 0 {east}
+Gliders Lie On = Depth
+Gliders Depth = 10
+[Vision.Camera]
+Enabled = Always
+Entity Label = Camera
+Width = 800
+Height = 800
+Field of View = 90
+Mount Orientation = 0, -90, 90
+Readout Time = {readout}
+[Vision.MUGDetector]
+Enabled = Always
+Entity Label = Detector
+Camera = Camera
+Target Plane = Depth
+Target Depth = 10
+Pixel Error = 2
+Shape Error = 0
+Attitude Error = 0
+Heading Error = 0
+Height Error = 0
+Height Error Share = 0
+Position Error = 0
+"""
+ROLL_RATE, FOCAL, AMISS = 1.0, 400.0, 0.1  # rad/s; px; m
+
+
+def down_the_picture(east, readout):
+    """The angle (rad) from its axis at which a camera sees a glider in the row that is exposed then, 10 m below."""
+    angle = math.atan(east / 10.0)
+    for _ in range(60):
+        row_time = -readout * FOCAL * math.tan(angle) / 800.0  # rows count from the right, which is east
+        angle = math.atan(east / 10.0) + ROLL_RATE * row_time
+    return angle
+
+
+@pytest.mark.parametrize("readout", [0.0, 0.3])
+@pytest.mark.parametrize("east", [4.0, -4.0])
+def test_the_nees_of_a_rolling_shutter_is_that_of_the_row(make_log, east, readout):
+    """A vehicle rolls at 1 rad/s, and a detection is 0.1 m too far east, which is more or fewer pixels."""
+    start, step, latency = 1_767_225_600.0, 0.01, 0.1
+    own = {"src": 0x001A}
+    rows = [imc.EntityInfo(timestamp=start, id=n, label=label, **own) for n, label in ((1, "Camera"), (2, "Detector"))]
+    for k in range(201):
+        rows.append(imc.SimulatedState(timestamp=start + k * step, phi=ROLL_RATE * (k - 100) * step, **own))
+    exposed = start + 1.0
+    rows.append(imc.CameraFrame(timestamp=exposed + 0.05, time=exposed, src_ent=1, **own))
+    said = imc.EstimatedMugState(timestamp=exposed + latency, src_ent=2, id=1, x=0.0, y=east + AMISS, **own)
+    rows.append(said)
+    folder = make_log(sorted(rows, key=lambda message: message.timestamp))
+    (folder / "Config.ini").write_text(ROLLING.format(east=east, readout=readout))
+    (thing,) = judged(folder)["Detector"].score.objects
+    angle = down_the_picture(east, readout)
+    per_pixel = 10.0 / math.cos(math.atan(east / 10.0)) ** 2 * math.cos(angle) ** 2 / FOCAL
+    assert thing.nees == pytest.approx((AMISS / (2.0 * per_pixel)) ** 2, rel=2e-3)
