@@ -24,6 +24,7 @@ LETTERS: Mapping[int, str] = {
     Mode.MANEUVER: "M",
     Mode.SERVICE: "S",
 }
+LONGEST_EXPIRATION = 0xFFFF  # s, of an Sms
 IRIDIUM_TTL = 60  # s
 PAUSE = 2.0  # s between two reports that were requested
 ANSWER_PAUSE = 30.0  # s between two answers to text messages: each costs money
@@ -52,14 +53,14 @@ class Emergency(Task):
     transmission_interface: str = param("Both", "", "Modem that sends.", choices=("GSM", "Iridium", "Both"))
     abort_expiration: int = param(
         30, "s", "Longest delay of the message after an Abort.", name="Expiration Time - Abort SMS",
-        minimum=30, maximum=65535,
+        minimum=30, maximum=0xFFFFFFFF,
     )  # fmt: skip
     lost_expiration: int = param(
         30, "s", "Longest delay of other messages.", name="Expiration Time - Lost Communications",
-        minimum=0, maximum=65535,
+        minimum=0, maximum=0xFFFFFFFF,
     )  # fmt: skip
     batteries: str = param("Batteries", "", "Entity of the battery.", name="Entity Label - Batteries")
-    execution_frequency: float = param(1.0, "Hz", "Rate of its checks.", minimum=0.1, maximum=100)
+    execution_frequency: float = param(1.0, "Hz", "Rate of its checks.", minimum=0.001, maximum=1000)
 
     def configure(self) -> None:
         self._consoles = listed_consoles(self)
@@ -189,7 +190,7 @@ class Emergency(Task):
             self._number = (self._number + 1) & 0xFFFF
             self.publish(imc.IridiumMsgTx(req_id=self._number, ttl=IRIDIUM_TTL, data=text.encode()))
         if self.transmission_interface != "Iridium":
-            self.publish(imc.Sms(number=number, timeout=expires, contents=text))
+            self.publish(imc.Sms(number=number, timeout=min(expires, LONGEST_EXPIRATION), contents=text))
         return True
 
     def _clock(self) -> str:

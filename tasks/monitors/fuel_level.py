@@ -16,7 +16,7 @@ class FuelLevel(Task):
     level is at most just below the error level.
     """
 
-    execution_frequency: float = param(0.1, "Hz", "Rate of FuelLevel.", minimum=0.01, maximum=10)
+    execution_frequency: float = param(0.1, "Hz", "Rate of FuelLevel.", minimum=0.001, maximum=1000)
     entity_label_batteries: str = param("Batteries", "", "Entity of the battery.", name="Entity Label - Batteries")
     initial_level: float = param(100.0, "%", "Level at the start.", minimum=0, maximum=100)
     initial_confidence: float = param(80.0, "%", "Confidence of the published level.", minimum=0, maximum=100)

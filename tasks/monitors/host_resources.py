@@ -19,7 +19,7 @@ class HostResources(Task):
 
     external = True  # the figures are not the same in each run
 
-    execution_frequency: float = param(1.0, "Hz", "Rate of the reports.", minimum=0.01, maximum=10)
+    execution_frequency: float = param(1.0, "Hz", "Rate of the reports.", minimum=0.001, maximum=1000)
     maximum_cpu: float = param(95.0, "%", "Usual load from which on the state is FAULT.", name="Maximum CPU Usage")
     maximum_storage: float = param(
         95.0, "%", "Used space from which on the state is FAULT.", name="Maximum Storage Usage"

@@ -19,7 +19,7 @@ class Medium(Task):
 
     active: bool = param(True, "", "Publish the medium.", scope="idle", visibility="developer")
     activation = "idle"
-    execution_frequency: float = param(1.0, "Hz", "Rate of VehicleMedium.", minimum=0.1, maximum=100)
+    execution_frequency: float = param(1.0, "Hz", "Rate of VehicleMedium.", minimum=0.001, maximum=1000)
     vehicle_type: str = param("UUV", "", "Kind of vehicle.", choices=KINDS, editable=False)
     initialization_time: float = param(20.0, "s", "Without data, the medium is unknown for this time.", minimum=0)
     wet_data_timeout: float = param(3.0, "s", "Longest age of a wet sensor's sample.", minimum=0.1)
@@ -27,7 +27,7 @@ class Medium(Task):
     sound_speed_threshold: float = param(1000.0, "m/s", "A higher speed of sound means water.", minimum=0)
     salinity_threshold: float = param(1.0, "PSU", "A higher salinity means water.", minimum=0)
     air_speed_threshold: float = param(12.0, "m/s", "A faster aircraft is in the air.", minimum=0)
-    altitude_threshold: float = param(1.0, "m", "A higher aircraft is in the air.", minimum=0)
+    altitude_threshold: float = param(1.0, "m", "A higher aircraft is in the air.")
 
     def configure(self) -> None:
         self._deepest_float = general_number(self.vehicle.profile, "Underwater Depth Threshold", 0.3)

@@ -20,7 +20,7 @@ class OperationalLimits(Task):
     -1 means no limit. Depth and altitude have a hysteresis, so that a violation does not flicker.
     """
 
-    execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=0.1, maximum=100)
+    execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=0.001, maximum=1000)
     maximum_depth: float = param(UNSET, "m", "Maximum depth at the start.", name="Initial Setting - Maximum Depth")
     minimum_altitude: float = param(
         UNSET, "m", "Minimum altitude at the start.", name="Initial Setting - Minimum Altitude"
@@ -51,14 +51,12 @@ class OperationalLimits(Task):
         "m",
         "A depth violation ends this far above the limit.",
         name="Hysteresis Threshold - Maximum Depth",
-        minimum=0,
     )
     altitude_hysteresis: float = param(
         0.3,
         "m",
         "An altitude violation ends this far above the limit.",
         name="Hysteresis Threshold - Minimum Altitude",
-        minimum=0,
     )
     minimum_depth_to_check_altitude: float = param(
         0.3, "m", "Altitude is checked below this depth.", name="Minimum Depth to Check Altitude", minimum=0

@@ -16,7 +16,7 @@ NOBODY = 0xFFFF
 ALL_LOOPS = 0xFFFFFFFF
 EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
 NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
-SHORTEST_CALIBRATION = 15.0  # s
+SHORTEST_CALIBRATION, SHORTEST_ANSWER = 15.0, 0.1  # s
 PLANLESS = 3.0  # s that a maneuver of the own plan engine may last without a plan
 BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
@@ -29,9 +29,9 @@ class Vehicle(Task):
     fails, or if it reports nothing for too long; so does one of the own plan engine when no plan runs any more.
     """
 
-    execution_frequency: float = param(2.0, "Hz", "Rate of VehicleState.", minimum=0.1, maximum=100)
+    execution_frequency: float = param(2.0, "Hz", "Rate of VehicleState.", minimum=0.001, maximum=1000)
     allows_external_control: bool = param(False, "", "Allow control loops without a maneuver.")
-    maneuver_handling_timeout: float = param(1.0, "s", "Time for a maneuver to answer.", minimum=0.1)
+    maneuver_handling_timeout: float = param(1.0, "s", "Time for a maneuver to answer, at least 0.1 s.")
     maneuver_report_timeout: float = param(
         3.0, "s", "A maneuver without a report for this time has failed; 0 means never.", minimum=0
     )
@@ -57,7 +57,7 @@ class Vehicle(Task):
         self._abort_lines = LogLimit("more Aborts come")
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
-        self._starter = ManeuverLauncher(self, self.maneuver_handling_timeout, self._unanswered)
+        self._starter = ManeuverLauncher(self, max(SHORTEST_ANSWER, self.maneuver_handling_timeout), self._unanswered)
         self.set_entity_state(State.NORMAL, "active")
 
     @periodic("execution_frequency")
@@ -267,7 +267,7 @@ class Vehicle(Task):
 
     @property
     def _lost_failsafe(self) -> bool:
-        return self._missed_beats > self.failsafe_timeout * self.execution_frequency
+        return self._missed_beats > max(1.0, self.failsafe_timeout * self.execution_frequency)
 
     def _watch_failsafe(self) -> None:
         """Stop a vehicle without its last resort. Counted in ticks, so a late kernel is not silence."""

@@ -24,8 +24,8 @@ class LostComms(Task):
     """
 
     plan_name: str = param("lostcomms", "", "Plan that is started.")
-    lost_comms_timeout: float = param(300.0, "s", "Time without a console.", minimum=1)
-    execution_frequency: float = param(1.0, "Hz", "Rate of its checks.", minimum=0.1, maximum=100)
+    lost_comms_timeout: float = param(300.0, "s", "Time without a console.")
+    execution_frequency: float = param(1.0, "Hz", "Rate of its checks.", minimum=0.001, maximum=1000)
 
     def configure(self) -> None:
         self._consoles = listed_consoles(self)

@@ -45,14 +45,12 @@ class DatagramLinkTask(ImcLinkTask):
     ignore_filter: bool = param(
         False, "", "Take packets of systems that have not announced themselves.", editable=False
     )
-    contact_timeout: float = param(
-        30.0, "s", "Silence after which a system gets no more packets.", minimum=1, editable=False
-    )
+    contact_timeout: float = param(30.0, "s", "Silence after which a system gets no more packets.", editable=False)
     maximum_rate: float = param(
         2000.0, "Hz", "Most packets per second that a system may send.", minimum=1, editable=False
     )
     communication_range: float = param(
-        0.0, "m", "Range of the simulated radio, in mode Simulation; 0 is unlimited.", minimum=0
+        0.0, "m", "Range of the simulated radio, in mode Simulation; 0 or less is unlimited."
     )
     underwater_communications: bool = param(False, "", "Let the simulated radio also work under water.")
     always_transmitted_messages: list[str] = param(
@@ -89,7 +87,7 @@ class DatagramLinkTask(ImcLinkTask):
             ignore_filter=self.ignore_filter,
         )
         self.reach: RadioRange | None = None
-        if self.communication_range and "Simulation" in split_list(
+        if self.communication_range > 0.0 and "Simulation" in split_list(
             self.vehicle.profile.value("General", "Selected", "")
         ):
             schema = self.vehicle.bus.messages

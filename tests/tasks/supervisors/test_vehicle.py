@@ -6,7 +6,7 @@ import pytest
 from flying import BROADCAST, CCU, OWN, changes
 
 import imc
-from runtime import State, Task, consume, periodic
+from runtime import State, Task, consume, param, periodic
 from runtime.testing import simulate
 from tasks.supervisors.vehicle import Vehicle
 
@@ -323,3 +323,23 @@ def test_a_full_disk_is_an_error_of_the_vehicle_that_leaves_its_mode():
     run = watched(*sick, tasks=(Puppet, Logger))
     errors = changes(m.error_ents for m in run.of(imc.VehicleState) if m.op_mode == Mode.ERROR)
     assert errors == ["", "GPS,Logger"], "an ERROR is not put down to the Logger"
+
+
+class Beating(Task):
+    """Shows that it runs, as the last resort of a vehicle does, for some seconds."""
+
+    lasts: float = param(100.0, "s", "For so long.")
+
+    @periodic(1.0)
+    def beat(self) -> None:
+        if self.now < self.vehicle.start_time + self.lasts:
+            self.publish(imc.Heartbeat())
+
+
+@pytest.mark.parametrize(
+    ("rate", "lasts", "lost"), [(0.05, 99, 0), (0.1, 99, 0), (2.0, 99, 0), (2.0, 8, 1), (0.1, 8, 1)]
+)
+def test_a_slow_supervisor_misses_no_heartbeat_that_came(rate, lasts, lost):
+    last_resort = (Beating, {"entity_label": "Failsafe", "lasts": lasts})
+    run = watched(seconds=60, tasks=(Puppet, last_resort), execution_frequency=rate)
+    assert ("no Heartbeat" in run.of(imc.VehicleState)[-1].last_error) == bool(lost)
