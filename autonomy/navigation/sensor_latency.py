@@ -36,7 +36,7 @@ class ThrustResponseCheck:
     def reset(self) -> None:
         """Start over: the vehicle rests."""
         self.lags: bool = False
-        self._begin(0.0)
+        self._begin(COARSENESS)  # thrust of the takeoff that has not arrived yet, on a slow computer, is no latency
 
     def resume(self) -> None:
         """Compare nothing of before, since it is unknown which thrust the vehicle had meanwhile.

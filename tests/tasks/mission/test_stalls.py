@@ -91,7 +91,7 @@ def test_a_multirotor_on_a_circle_finds_its_velocity_again_after_a_stall(stalls,
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("late", [{"delay": 0.06}, {"delay": 0.1}, {"cost": 0.0015}])
+@pytest.mark.parametrize("late", [{"delay": 0.06}, {"delay": 0.1}, {"cost": 0.001}, {"cost": 0.0015}])
 def test_a_multirotor_takes_off_on_a_computer_that_is_late(late, tmp_path):
     loaded = load_profile("hexa-00", overrides=[*ALONE, UNLOGGED, HOST])
     clock = StallingClock(START, overload=(0.0, 10.0), **late)
