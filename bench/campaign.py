@@ -323,6 +323,8 @@ def fly_all(fly: Callable[[int], Flight], text: str, missions: int) -> int:
     parser.add_argument("--processes", type=int, default=multiprocessing.cpu_count())
     parser.add_argument("--profile", choices=sorted(set(PROFILES)), help="fly only the next seeds that draw this one")
     options = parser.parse_args()
+    if options.missions < 1:
+        parser.error(f"--missions {options.missions}: at least one mission is needed")
     began, outcomes, flown = time.monotonic(), Counter[str](), Counter[str]()
     drawn = (seed for seed in count(options.seed) if options.profile in (None, draw_profile(random.Random(seed))))
     seeds = list(islice(drawn, options.missions))

@@ -39,7 +39,7 @@ class TokenBucket:
 
 
 class TokenBuckets:
-    """A bucket for each of `most` keys; one more takes the place of the oldest."""
+    """A bucket for each of `most` keys; one more takes the place of the one that was used longest ago."""
 
     def __init__(self, rate: float, burst: float, most: int):
         self._rate, self._burst, self._most = rate, burst, most
@@ -49,9 +49,10 @@ class TokenBuckets:
         return len(self._buckets)
 
     def __getitem__(self, key: Hashable) -> TokenBucket:
-        found = self._buckets.get(key)
+        found = self._buckets.pop(key, None)
         if found is None:
             if len(self._buckets) >= self._most:
                 del self._buckets[next(iter(self._buckets))]
-            found = self._buckets[key] = TokenBucket(self._rate, self._burst)
+            found = TokenBucket(self._rate, self._burst)
+        self._buckets[key] = found  # at the end: the first is the one that was used longest ago
         return found

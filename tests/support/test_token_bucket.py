@@ -32,10 +32,18 @@ def test_what_has_passed_already_is_paid_by_waiting() -> None:
     assert bucket.spend(2.5, 0.0) == 0.0
 
 
-def test_each_has_its_own_bucket_and_the_oldest_gives_way() -> None:
+def test_each_has_its_own_bucket_and_the_one_that_was_used_longest_ago_gives_way() -> None:
     buckets = TokenBuckets(1.0, 1.0, 2)
     assert [buckets[name].try_acquire(0.0) for name in "aab"] == [True, False, True]
     assert buckets["c"].try_acquire(0.0)
     assert len(buckets) == 2
     assert not buckets["b"].try_acquire(0.0)
     assert buckets["a"].left == 1.0, "it is new again"
+
+
+def test_many_who_ask_once_do_not_give_a_new_budget_to_one_who_asks_all_the_time() -> None:
+    buckets = TokenBuckets(1.0, 1.0, 4)
+    assert buckets["loud"].try_acquire(0.0)
+    for stranger in range(20):
+        buckets[stranger].try_acquire(0.0)
+        assert not buckets["loud"].try_acquire(0.0)
