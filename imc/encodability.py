@@ -1,6 +1,7 @@
 """Finds the values of a message that do not fit the wire."""
 
 import math
+import reprlib
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, cast
 
@@ -18,14 +19,17 @@ LARGEST_FP64 = 2**1024 - 2**970  # the same for integers
 
 
 class Violation(NamedTuple):
-    """A field (with its path inside the message, "maneuvers[0].data.speed"), its value, and what it should be."""
+    """A field (with its path inside the message, "maneuvers[0].data.speed"), its value, and what it should be.
+
+    As text, a long value is cut: one that is a message may have megabytes, and the text goes into log books.
+    """
 
     field: str
     value: object
     range: str
 
     def __str__(self) -> str:
-        return f"{self.field}: {self.value!r} is not {self.range}"
+        return f"{self.field}: {reprlib.repr(self.value)} is not {self.range}"
 
 
 def encoding_violations(message: Message, wire: dict[str, str], path: str = "") -> Iterator[Violation]:

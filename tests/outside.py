@@ -44,12 +44,24 @@ def until(
 
 
 def free_ports(count: int, address: str = "127.0.0.1") -> list[int]:
-    """UDP ports that nobody uses now."""
+    """Ports that nobody uses now, neither of UDP nor of TCP."""
+    found: list[int] = []
     with contextlib.ExitStack() as stack:
-        probes = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)]
-        for probe in probes:
+        while len(found) < count:
+            probe, other = (
+                stack.enter_context(socket.socket(socket.AF_INET, kind))
+                for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM)
+            )
             probe.bind((address, 0))
-        return [probe.getsockname()[1] for probe in probes]
+            port = probe.getsockname()[1]
+            try:
+                other.bind((address, port))
+            except OSError as error:
+                if error.errno != errno.EADDRINUSE:
+                    raise
+            else:
+                found.append(port)
+        return found
 
 
 def free_port() -> int:

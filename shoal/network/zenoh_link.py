@@ -162,9 +162,9 @@ class ZenohLink:
         while self._session is None:
             try:
                 session = await self._opener.open()
-            except zenoh.ZError as error:
+            except Exception as error:
                 trouble = f"zenoh: {error_text(error)}"
-                if "connect" in str(error).lower():
+                if isinstance(error, zenoh.ZError) and "connect" in str(error).lower():
                     trouble = await asyncio.to_thread(connection_failure, self._connect)
                 self.trouble = trouble
                 opened.set()

@@ -24,13 +24,11 @@ class ZenohSessionThread:
         self._thread: threading.Thread | None = None
 
     async def open(self) -> "zenoh.Session":
-        """A session. Raises zenoh.ZError."""
-        import zenoh
-
+        """A session. Raises zenoh.ZError, and what else the configuration or the library raises."""
         loop = asyncio.get_running_loop()
         opened: asyncio.Future[zenoh.Session] = loop.create_future()
 
-        def finish(session: "zenoh.Session | None", error: "zenoh.ZError | None") -> None:
+        def finish(session: "zenoh.Session | None", error: Exception | None) -> None:
             if opened.done():  # too late: the caller has given up
                 if session is not None:
                     cast("Any", session).close()
@@ -41,11 +39,11 @@ class ZenohSessionThread:
 
         def work() -> None:
             session: zenoh.Session | None = None
-            error: zenoh.ZError | None = None
+            error: Exception | None = None
             try:
                 session = self._factory.open(self._config.build().config)
-            except zenoh.ZError as trouble:
-                error = trouble
+            except BaseException as trouble:  # a panic in Rust is no Exception; who waits would wait for ever
+                error = trouble if isinstance(trouble, Exception) else ConnectionError(str(trouble))
             with suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(finish, session, error)
 

@@ -108,6 +108,26 @@ def test_what_does_not_fit_is_named(message: imc.Message, text: str) -> None:
         assert text in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("message", "end"),
+    [
+        (imc.LogBookEntry(text="x" * 70000), "is not 65535 bytes at most (plaintext)"),
+        (
+            imc.MsgList(msgs=[imc.PlanSpecification(plan_id="p" * 1000)] * 65536),
+            "is not at most 65535 messages or None",
+        ),
+        (imc.Temperature(value=imc.MsgList(msgs=[imc.Goto()] * 1000)), "is not a number (fp32_t)"),
+        (imc.DevDataBinary(value=b"\0" * 70000), "is not bytes, 65535 at most (rawdata)"),
+    ],
+)
+def test_the_error_names_what_does_not_fit_without_all_its_content(message: imc.Message, end: str) -> None:
+    with pytest.raises(imc.EncodeError) as caught:
+        imc.encode(message)
+    assert str(caught.value).startswith(f"{type(message).__name__}.")
+    assert str(caught.value).endswith(end)
+    assert len(str(caught.value)) < 500
+
+
 def test_byte_order_has_two_values() -> None:
     wrong: Any = "middle"
     with pytest.raises(imc.EncodeError, match="byteorder 'middle'"):

@@ -42,6 +42,38 @@ def test_no_thread_is_in_zenoh_when_a_command_ends(monkeypatch: pytest.MonkeyPat
     assert not [thread.name for thread in threading.enumerate() if thread.name == "zenoh open"]
 
 
+class Panic(BaseException):
+    """As a panic in the Rust of zenoh arrives in Python."""
+
+
+@pytest.mark.parametrize("error", [OSError("ca.pem is gone"), Panic("index out of bounds")])
+def test_a_link_names_whatever_opens_no_session_and_tries_again(
+    monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    failing, join, endpoint = [error], zenoh.open, f"tcp/127.0.0.1:{local_port()}"
+
+    def open_or_fail(config: zenoh.Config) -> zenoh.Session:
+        if failing:
+            raise failing.pop()
+        return join(config)
+
+    async def look(link: ZenohLink) -> None:
+        async with Network([link]):
+            assert link.trouble == f"zenoh: {error}"
+            end = time.monotonic() + PATIENCE
+            while link.trouble and time.monotonic() < end:
+                await asyncio.sleep(0.05)
+
+    listening: Any = zenoh.Config()
+    listening.insert_json5("scouting/multicast/enabled", "false")
+    listening.insert_json5("listen/endpoints", json.dumps([endpoint]))
+    with zenoh.open(listening):
+        monkeypatch.setattr(zenoh, "open", open_or_fail)
+        link = ZenohLink([endpoint])
+        asyncio.run(look(link))
+    assert link.trouble == ""
+
+
 @pytest.mark.parametrize("whose", ["", "foreign"])
 def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, openssl: str, tmp_path: Path) -> None:
     """A client without a certificate, and with one of another authority."""
