@@ -113,7 +113,7 @@ def test_what_does_not_fit_is_named(message: imc.Message, text: str) -> None:
     [
         (imc.LogBookEntry(text="x" * 70000), "is not 65535 bytes at most (plaintext)"),
         (
-            imc.MsgList(msgs=[imc.PlanSpecification(plan_id="p" * 1000)] * 65536),
+            imc.MsgList(msgs=[imc.PlanSpecification(plan_id="p" * 999)] * 65536),
             "is not at most 65535 messages or None",
         ),
         (imc.Temperature(value=imc.MsgList(msgs=[imc.Goto()] * 1000)), "is not a number (fp32_t)"),

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -40,18 +40,30 @@ class LoggedImu(NamedTuple):
     pose: Array
 
 
-def read_photo_cameras(photos: Path) -> dict[str, LoggedCamera]:
-    """The cameras of a folder of pictures, by the name that their files begin with; those that can be used."""
+def read_photo_cameras(photos: Path, report: Callable[[str], object] = lambda _: None) -> dict[str, LoggedCamera]:
+    """The cameras of a folder of pictures, by the name that their files begin with; those that can be used.
+
+    `report` gets what is not used, and why; a folder without cameras.yaml has none.
+    """
+    path = photos / FILE
     try:
-        content = yaml.safe_load((photos / FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError):
+        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return {}
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        why = error.strerror if isinstance(error, OSError) else " ".join(str(error).split())
+        report(f"no calibration of the cameras: {path} cannot be read: {why}")
+        return {}
+    if not isinstance(content, dict):
+        report(f"no calibration of the cameras: {path} has no cameras by name")
         return {}
     found: dict[str, LoggedCamera] = {}
-    for label, camera in content.items() if isinstance(content, dict) else ():  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
+    for label, camera in content.items():  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType]
         try:
             pose = np.array(camera["T_BS"], float).reshape(4, 4)  # pyright: ignore[reportUnknownArgumentType]
             model = {str(name): value for name, value in camera.items() if name != "T_BS"}  # pyright: ignore[reportUnknownVariableType, reportUnknownMemberType, reportUnknownArgumentType]
         except (AttributeError, KeyError, TypeError, ValueError):
+            report(f"no calibration of {label}: its entry in {path} has no T_BS of 16 numbers")
             continue
         found[re.sub(r"[^A-Za-z0-9]+", "_", str(label))] = LoggedCamera(model, pose, str(label))  # pyright: ignore[reportUnknownArgumentType]
     return found

@@ -140,7 +140,8 @@ class _Export:
     def write_photos(self, folder: Path) -> None:
         """Write the pictures in a folder that were taken in the selected time."""
         source = self._source
-        system, cameras = source.names.system_name(source.summary.owner), read_photo_cameras(folder)
+        system = source.names.system_name(source.summary.owner)
+        cameras = read_photo_cameras(folder, source.notes.append)
         models, detections = load_camera_models(folder, cameras), self._detections.get(source.summary.owner)
         unlike = photos_of_other_lenses(source, models)
         for number, photo in enumerate(find_photos(folder, source.summary.start)):

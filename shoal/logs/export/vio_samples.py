@@ -81,7 +81,7 @@ def read_recording(source: LogSource, progress: ReportProgress = lambda _: None)
     }
     source.notes += [f"without {what}" for what, is_missing in lacks.items() if is_missing]
     folder = source.log.path.parent / "Photos"
-    unlike = photos_of_other_lenses(source, load_camera_models(folder, read_photo_cameras(folder)))
+    unlike = photos_of_other_lenses(source, load_camera_models(folder, read_photo_cameras(folder, source.notes.append)))
     for photo in find_photos(folder, source.summary.start):
         if not source.selection.start <= photo.time < source.selection.end:
             continue

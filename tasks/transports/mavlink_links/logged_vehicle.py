@@ -111,6 +111,22 @@ class LoggedPlans(PlanClient):
     def __init__(self, port: VehiclePort) -> None:
         super().__init__(port)
         self._stored: dict[str, imc.PlanSpecification] = {}
+        self._asked: dict[tuple[type[imc.Message], int, int], imc.PlanSpecification] = {}
+
+    def learn(self, message: imc.PlanDB | imc.PlanControl) -> None:
+        """Take the plan of an answer of the vehicle, and that of a request once it has succeeded."""
+        kinds, plan = type(message).Type, message.arg if isinstance(message.arg, imc.PlanSpecification) else None
+        if message.type == kinds.REQUEST:
+            if plan is not None:
+                self._asked[type(message), message.src, message.request_id] = plan
+                if len(self._asked) > MOST_PLANS:
+                    del self._asked[next(iter(self._asked))]
+            return
+        if message.type == kinds.IN_PROGRESS:
+            return
+        asked = self._asked.pop((type(message), message.dst, message.request_id), None)
+        if message.type == kinds.SUCCESS and (plan := plan or asked) is not None:
+            self.add_plan(plan)
 
     def add_plan(self, plan: imc.PlanSpecification) -> None:
         self._stored.pop(plan.plan_id, None)
@@ -120,6 +136,7 @@ class LoggedPlans(PlanClient):
 
     def forget(self) -> None:
         self._stored.clear()
+        self._asked.clear()
 
     def fetch(self, plan_id: str, then: OnReply, now: float) -> None:
         plan = self._stored.get(plan_id)
@@ -265,8 +282,8 @@ class LoggedEndpoint(VehicleEndpoint):
         """Take the entities and plans that a message names; `date` is its time in the log, in s since 1970."""
         self.model.learn_entities(message, date)
         match message:
-            case imc.PlanDB(arg=imc.PlanSpecification() as plan) | imc.PlanControl(arg=imc.PlanSpecification() as plan):
-                self.plans.add_plan(plan)
+            case imc.PlanDB() | imc.PlanControl():
+                self.plans.learn(message)
             case imc.PlanSpecification():
                 self.plans.add_plan(message)
                 if message.plan_id not in GUIDED_PLANS and not message.plan_id.endswith(REST_SUFFIX):

@@ -14,7 +14,7 @@ from runtime import State, Task, consume
 from runtime.testing import simulate
 from shoal.logs.edit.tlog_import import import_tlog
 from support import wgs84
-from tasks.transports.mavlink_links.logged_vehicle import REFUSAL, identify_log_owner
+from tasks.transports.mavlink_links.logged_vehicle import REFUSAL, LoggedPlans, identify_log_owner
 from tasks.transports.mavlink_replay import MAVLinkReplay
 from tests.tasks.transports.mavlink_playback import position, record, show
 
@@ -222,6 +222,25 @@ def test_a_replay_that_begins_late_knows_home_and_mission(dive):
         assert (await station.expect("MISSION_CURRENT"))["mission_state"] == MISSION_STATE_ACTIVE
 
     show(dive, watch, begin="50")
+
+
+@pytest.mark.parametrize("kind", [imc.PlanDB, imc.PlanControl])
+def test_a_plan_that_the_vehicle_rejected_is_none_of_its_plans(kind):
+    def fetch(name):
+        found = []
+        plans.fetch(name, found.append, 0.0)
+        return found[0][2]
+
+    plans, ask, answer = LoggedPlans(None), kind.Type.REQUEST, {"src": 26, "dst": 0x4101}
+    for number, outcome in enumerate((kind.Type.FAILURE, kind.Type.SUCCESS, kind.Type.IN_PROGRESS)):
+        plan = imc.PlanSpecification(plan_id=outcome.name)
+        plans.learn(kind(type=ask, request_id=number, arg=plan, src=0x4101, dst=26))
+        assert fetch(outcome.name) is None, "not answered yet"
+        plans.learn(kind(type=kind.Type.SUCCESS, request_id=number, src=26, dst=0x4102))
+        plans.learn(kind(type=outcome, request_id=number, **answer))
+        assert (fetch(outcome.name) == plan) == (outcome == kind.Type.SUCCESS)
+    plans.learn(kind(type=kind.Type.SUCCESS, request_id=2, **answer))
+    assert fetch("IN_PROGRESS") is not None, "it has succeeded in the end"
 
 
 def test_a_log_of_dune_is_shown(dive):

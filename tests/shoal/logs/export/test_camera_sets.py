@@ -1,13 +1,17 @@
 """Calibrations of several cameras in data sets: their numbers, lenses that Kalibr lacks, pairs, rolling shutters."""
 
+import shutil
 import struct
 from itertools import count
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 
+from shoal.cli import main
 from shoal.logs.export.camera_calibration import LoggedImu, euroc_sensor, read_photo_cameras, write_calibration
 from shoal.logs.export.ros_camera_info import camera_info, missing_info_reason, stereo_baseline
 from support.pose import Pose
@@ -26,6 +30,7 @@ from world.optics import (
 from world.rendering import Exposure
 from world.sensors import IMU_PARTS
 
+LOG = Path(__file__).parents[3] / "data/logs/dune-mission-cut"
 PLAIN = PinholeModel(64, 48, 50.0, 50.0, 32.0, 24.0)
 THICK = PinholeModel(640, 480, 500.0, 500.0, 320.0, 240.0, -0.2, 0.05, 1e-4, -1e-4, 0.01)
 VGA = 640, 480, 400.0, 401.0, 322.5, 238.5
@@ -65,6 +70,30 @@ def test_a_lens_with_k3_keeps_its_intrinsics_everywhere(described, tmp_path):
     assert camera.project(THICK.unproject(pixels)[0])[0] == pytest.approx(pixels, abs=1.0)
     info = camera_info(0, "x", cameras["Thick"])
     assert struct.pack("<5d", -0.2, 0.05, 1e-4, -1e-4, 0.01) in info, "ROS has k3"
+
+
+@pytest.mark.parametrize(
+    ("content", "note"),
+    [
+        (b"Left: [", "no calibration of the cameras: {} cannot be read: "),
+        (b"\xff\xfe\x00", "no calibration of the cameras: {} cannot be read: "),
+        (b"- Left", "no calibration of the cameras: {} has no cameras by name"),
+        (b"Left: {T_BS: [1, 2]}", "no calibration of Left: its entry in {} has no T_BS of 16 numbers"),
+    ],
+)
+@pytest.mark.parametrize("form", ["x.mcap", "x-euroc", "x-tum"])
+def test_an_export_says_that_cameras_yaml_cannot_be_used(tmp_path, content, note, form):
+    log = shutil.copytree(LOG, tmp_path / "log")
+    (log / "Photos").mkdir()
+    (log / "Photos/cameras.yaml").write_bytes(content)
+    result = CliRunner().invoke(main, ["log", "export", str(log), str(tmp_path / form)])
+    assert f"note: {note.format(log / 'Photos/cameras.yaml')}" in result.stderr
+
+
+def test_without_pictures_nothing_is_said_of_cameras_yaml(tmp_path):
+    log = shutil.copytree(LOG, tmp_path / "log")
+    result = CliRunner().invoke(main, ["log", "export", str(log), str(tmp_path / "x.mcap")])
+    assert (result.exit_code, "cameras.yaml" in result.stderr) == (0, False)
 
 
 def test_vins_fusion_gets_two_of_four_cameras(described, tmp_path):
