@@ -1,5 +1,6 @@
 """The command `shoal`."""
 
+import atexit
 import errno
 import gc
 import os
@@ -129,6 +130,8 @@ class LazyGroup(CommandGroup):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a mistake, a file that cannot be read or written, and Ctrl-C end it with one line."""
         gc.set_threshold(GARBAGE)
+        atexit.unregister(gc.freeze)
+        atexit.register(gc.freeze)  # else Python looks for garbage in all that there is when the process ends
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:  # also while a command is imported

@@ -31,7 +31,7 @@ from shoal.cli.systemd_notify import SystemdNotifier
 from shoal.cli.time_texts import parse_duration_option, parse_period
 from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, stop_with_parent, supervise
 from shoal.fleet import Supervisor
-from shoal.missions import motion_problem, motion_warning
+from shoal.simulated_motion import motion_problem, motion_warning
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.file_errors import describe_os_error
 from support.terminal_text import printable

@@ -7,8 +7,8 @@ from shoal.missions.plan_file_reader import MISSION_SUFFIXES, PLAN_SUFFIXES, loa
 from shoal.missions.plan_file_writer import plan_file_text
 from shoal.missions.report import COMPLETED, FAILED, LATE, ManeuverReport, Report
 from shoal.missions.simulated_flight import AUTOSTART, fly, parse_modes_or_default, prepare
-from shoal.missions.simulated_motion import fixed_wing_problem, motion_problem, motion_warning
 from shoal.missions.start_request import PlanStartRequest, find_start_request
+from shoal.simulated_motion import fixed_wing_problem, motion_problem, motion_warning
 
 __all__ = [
     "AUTOSTART",

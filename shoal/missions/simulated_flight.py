@@ -12,7 +12,7 @@ from shoal.missions.mission import Mission
 from shoal.missions.mission_context import profile_context
 from shoal.missions.plan_file_reader import load_plan
 from shoal.missions.report import Report
-from shoal.missions.simulated_motion import motion_problem
+from shoal.simulated_motion import motion_problem
 from support.diagnostics import ProfileError
 
 USUAL_MODES = ("Simulation", "Kinematic")

@@ -8,7 +8,7 @@ from runtime.kernel import VirtualClock
 from runtime.profile import dune_section_names, load_profile
 from runtime.vehicle import build, find_task
 from shoal.missions import Mission, parse_plan, prepare
-from shoal.missions.simulated_motion import FIXED_WING
+from shoal.simulated_motion import FIXED_WING
 from tasks.simulators.uav import UAV
 from tests.command import shoal
 
