@@ -6,18 +6,18 @@ from support.rotations import Vector
 
 
 class SampleMean:
-    """The mean of vectors between two calls of `update`; without any, the last mean stays. `last` is the newest's time.
+    """The mean of vectors between two calls of `update`; without any, the last mean stays.
 
-    `interval_mean` is the mean over the time between two calls, by the trapezoidal rule: after a pause of the computer
-    there may be only one sample, which is that of the end.
+    `last` is the time of the newest (s).
     """
 
     def __init__(self) -> None:
         self.value: Vector = (0.0, 0.0, 0.0)
-        self.interval_mean: Vector = (0.0, 0.0, 0.0)
         self.last: float = -math.inf
         self._newest: Vector = (0.0, 0.0, 0.0)
-        self._before: Vector | None = None
+        self._end: Vector | None = None  # the last sample of `value`
+        self._begin: Vector = (0.0, 0.0, 0.0)  # the sample before its first
+        self._share = 0.0  # of each sample in it
         self._x = self._y = self._z = 0.0
         self._count = 0
 
@@ -34,12 +34,20 @@ class SampleMean:
         """Update the mean and start the next one; False if there are no new samples."""
         if not self._count:
             return False
-        share = 1.0 / self._count
+        self._share = share = 1.0 / self._count
         self.value = share * self._x, share * self._y, share * self._z
-        (x, y, z), (u, v, w), (a, b, c) = self.value, self._newest, self._before or self._newest
-        share *= 0.5
-        self.interval_mean = x + share * (a - u), y + share * (b - v), z + share * (c - w)
-        self._before = self._newest
+        self._begin, self._end = self._end or self._newest, self._newest
         self._x = self._y = self._z = 0.0
         self._count = 0
         return True
+
+    @property
+    def interval_mean(self) -> Vector:
+        """The mean over the time between the last two updates that had samples, by the trapezoidal rule.
+
+        After a pause of the computer there may be only one sample, which is that of the end.
+        """
+        if self._end is None:
+            return self.value
+        (x, y, z), (u, v, w), (a, b, c), share = self.value, self._end, self._begin, 0.5 * self._share
+        return x + share * (a - u), y + share * (b - v), z + share * (c - w)

@@ -10,7 +10,7 @@ MEMORY = 2.0  # s, of forces that are compared
 WASHOUT = 1.5  # s; slower changes, as of the load, are not compared
 ROTOR_LAG = 0.08  # s, of the thrust behind its command
 LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
-LATENCIES = tuple(i * COARSENESS for i in range(1 + int(LONGEST / COARSENESS)))
+LATENCIES = 0.0, *(i * COARSENESS for i in range(2, 1 + int(LONGEST / COARSENESS)))  # one step may be the rotors'
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
 EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
 FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
@@ -77,7 +77,7 @@ class ThrustResponseCheck:
             keep * off + dt * (measured - changes[bisect_right(times, now - late, 1) - 1]) ** 2
             for off, late in zip(self._off, LATENCIES, strict=True)
         ]
-        at_once, late = self._off[0], min(self._off[2:])
+        at_once, late = self._off[0], min(self._off[1:])
         if self.lags:
             self.lags = not (self._stirred > STIRRED and at_once < FOLLOWS * self._stirred)
         elif at_once > STIRRED:

@@ -97,10 +97,6 @@ class GPS(Task):
 
     @consume
     def update_truth(self, truth: imc.SimulatedState) -> None:
-        if not is_valid_truth(truth):
-            self._truths.clear()
-            self.set_entity_state(State.FAULT, INVALID_TRUTH)
-            return
         truths, time = self._truths, truth.timestamp
         if not self.latency or (truths and time < truths[-1].timestamp):
             truths.clear()
@@ -115,6 +111,10 @@ class GPS(Task):
             self.set_entity_state(State.FAULT, "no recent SimulatedState")
             return
         if not self._truths or (self.latency and self._truths[0].timestamp > self.now - self.latency):
+            return
+        if not is_valid_truth(self._truths[0]):  # most states are replaced before they are due
+            self._truths.popleft()
+            self.set_entity_state(State.FAULT, INVALID_TRUTH)
             return
         truth, antenna, elapsed = self._truths[0], self._antenna, periods / self.execution_frequency
         attitude = rotation(truth.phi, truth.theta, truth.psi)

@@ -148,6 +148,7 @@ class IMU(Task):
         if not hasattr(self, "gyroscope"):
             self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
             self.gyro_errors = self.accel_errors = TriadErrors()
+            self._has_device_errors = False
             self._geometry = None
         self.gyroscope.density, self.accelerometer.density = gyro, accel
         for option, values, size in (("Hard Iron", self.hard_iron, 3), ("Soft Iron", self.soft_iron, 9)):
@@ -182,6 +183,7 @@ class IMU(Task):
         self._began = self.now
         grade = self.grade
         if self.generate_noise and (grade.gyroscope.has_device_errors or grade.accelerometer.has_device_errors):
+            self._has_device_errors = True
             self.gyro_errors = TriadErrors.draw(grade.gyroscope, self.random.standard_normal(TRIAD_DRAWS).tolist())
             self.accel_errors = TriadErrors.draw(grade.accelerometer, self.random.standard_normal(TRIAD_DRAWS).tolist())
             self.log.info(f"gyroscopes (rad/s): {self.gyro_errors}; accelerometers (m/s²): {self.accel_errors}")
@@ -208,8 +210,10 @@ class IMU(Task):
         if not self.generate_noise:
             return sample.time, angles, rates, force
         draws, interval = next(self._normals), sample.interval
-        rates = self.gyroscope.add_noise(self.gyro_errors.apply(rates), interval, draws[:6])
-        force = self.accelerometer.add_noise(self.accel_errors.apply(force), interval, draws[6:12])
+        if self._has_device_errors:
+            rates, force = self.gyro_errors.apply(rates), self.accel_errors.apply(force)
+        rates = self.gyroscope.add_noise(rates, interval, draws[:6])
+        force = self.accelerometer.add_noise(force, interval, draws[6:12])
         if self.fidelity == "Physical":
             sigma, (phi, theta, psi), (a, b, c) = math.radians(self.euler_angles_noise), angles, draws[12:]
             angles = phi + sigma * a, theta + sigma * b, psi + sigma * c

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import imc
+from imc import LoggingControl
 from imc.discovery import Services
 from imc.lsf import COMPRESSIONS, gzip_schema
 from imc.schema import message_named
@@ -123,20 +124,21 @@ class Logging(Task):
         log = self._logs.current
         kind = type(message)
         # Own marks are in the log already, see _mark.
-        if (self._wanted and kind not in self._wanted) or (kind is imc.LoggingControl and self._is_mark(message)):
+        if (self._wanted and kind not in self._wanted) or (kind is LoggingControl and self._is_mark(message)):
             return
         if log is None or self._full:
             self._lose()
             return
+        data = log.data
         try:
-            log.data.write(packet)
+            data.write(packet)
         except OSError as error:
             self._fail(error)
-        if message.src == self.system and message.src_ent not in self._asked:
+        if message.src_ent not in self._asked and message.src == self.system:
             self._asked.add(message.src_ent)
             if kind is not imc.EntityInfo:
                 self.publish(imc.QueryEntityInfo(id=message.src_ent, dst=self.system, dst_ent=message.src_ent))
-        if log.data.size >= self._limit:
+        if data.size >= self._limit:
             self._restart(self._label)
 
     @consume
