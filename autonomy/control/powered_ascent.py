@@ -15,6 +15,7 @@ GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m belo
 NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
 PULSE, COAST, SINKS_AGAIN = 3.0, 8.0, 0.2  # s, s, m: astern, the bow comes up in the end, and pauses let it down
+AHEAD, AHEAD_TIME = math.radians(10.0), 1.0  # with the bow so far up, going ahead lifts it; s that a pitch is good for
 LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
@@ -39,10 +40,10 @@ class AscentMonitor:
 
     `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` means that
     the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
-    the next one is `astern`, since fins that are stuck may point the vehicle down. `pitch_faulty` means that the pitch
-    contradicts the depth, so that fins are better turned by the depth. A heavy vehicle whose depth is that
-    of the surface, but whose GPS has no fix there, gets help in spells: the depth may be wrong. So does one that sinks
-    by its vertical speed, or whose depth has jumped.
+    the next one is `astern`, since fins that are stuck may point the vehicle down, but ahead while the bow is up.
+    `pitch_faulty` means that the pitch contradicts the depth, so that fins are better turned by the depth. A heavy
+    vehicle whose depth is that of the surface, but whose GPS has no fix there, gets help in spells: the depth may be
+    wrong. So does one that sinks by its vertical speed, or whose depth has jumped.
     """
 
     surface: float
@@ -63,15 +64,22 @@ class AscentMonitor:
         self._risen, self._updated, self._sank = 0.0, math.nan, False
         self._unseen = self._jumped = 0.0
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
+        self._bow_up, self._pitched = False, -math.inf
 
     @property
     def share(self) -> float:
         """The share of the thrust that is needed: less where it only keeps the vehicle at the surface."""
         ahead = GENTLE + (1.0 - GENTLE) * (self._depth - self.surface) / FULL_DEPTH
         ahead = 1.0 if self._climbs else ahead
-        if self.astern and self._updated < self._coasts:
-            return 0.0
-        return (-1.0 if self.astern else 1.0) * max(GENTLE, min(1.0, ahead))
+        size = max(GENTLE, min(1.0, ahead))
+        if not self.astern or self._turns_ahead:
+            return size
+        return 0.0 if self._updated < self._coasts else -size
+
+    @property
+    def _turns_ahead(self) -> bool:
+        """Whether, in an attempt astern, going ahead lifts it now: fins that are jammed turn the bow up and down."""
+        return self._bow_up and not self.pitch_faulty and self._updated - self._pitched < AHEAD_TIME
 
     def has_stalled(self, now: float, seconds: float) -> bool:
         """Whether help has brought nothing for a time (s)."""
@@ -140,6 +148,7 @@ class AscentMonitor:
         sinks = self.helping and not self.astern and pitch > BOW_UP and rising < SINKING
         self._sinks = min(self._sinks, now) if sinks else math.inf
         self.pitch_faulty |= now - self._sinks > SINKING_TIME
+        self._bow_up, self._pitched = pitch > (0.0 if self._bow_up else AHEAD), now
         dives = self.helping and not self.astern and pitch < BOW_DOWN and pitching < 0.0
         self._bowed = min(self._bowed, now) if dives else math.inf
         if now - self._bowed <= BOW_TIME:
@@ -178,7 +187,7 @@ class AscentMonitor:
 
     def _pause_astern(self, now: float, depth: float) -> None:
         """Have the vehicle coast when going astern no longer lifts it: its jammed fins have turned the bow up."""
-        if not self.astern or now < self._coasts:
+        if not self.astern or now < self._coasts or self._turns_ahead:
             self._pulse = self._highest = math.inf
             return
         self._pulse, self._highest = min(self._pulse, now), min(self._highest, depth)

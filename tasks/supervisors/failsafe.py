@@ -41,7 +41,7 @@ class Failsafe(Task):
 
     With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
-    goes astern, and pauses.
+    goes astern, and ahead while its bow is up.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -308,7 +308,8 @@ class Failsafe(Task):
             fins = ascent_fins(self._angles, self._rates, math.radians(self.ascent_pitch), LARGEST_DEFLECTION)
         elif measured:
             fins = blind_ascent_fins(self._rising, LARGEST_DEFLECTION)
-        self._command(self.ascent_thrust * ascent.share, [0.0] * CROSS if ascent.astern else fins)
+        share = ascent.share
+        self._command(self.ascent_thrust * share, [0.0] * CROSS if share < 0.0 else fins)
         self.after(ASCENT_PERIOD, self._ascend)
 
     def _rise(self) -> None:

@@ -101,6 +101,23 @@ def test_astern_it_pauses_when_the_bow_has_come_up():
     assert monitor.helping
 
 
+def test_an_attempt_astern_goes_ahead_while_the_bow_is_up():
+    """Fins that are jammed turn the bow up astern, and down ahead."""
+    monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
+
+    def share(pitch, at, measured=True):
+        if measured:
+            monitor.record_pitch(at, pitch, 0.0)
+        monitor.update(at, 14.6, False)
+        return monitor.share
+
+    assert [share(pitch, 47.0) for pitch in (-0.3, 0.1, 0.3, 0.1, -0.01, 0.1)] == [-1.0, -1.0, 1.0, 1.0, -1.0, -1.0]
+    assert share(0.3, 48.0) == 1.0
+    assert share(0.3, 50.0, measured=False) == -1.0, "no pitch is measured any more"
+    monitor.pitch_faulty = True
+    assert share(0.3, 51.0) == -1.0
+
+
 def test_help_that_keeps_the_vehicle_level_is_tried_by_the_depth():
     monitor = watch(lambda t: 10.0, 47.0)
     assert (monitor.helping, monitor.pitch_faulty, monitor.failed) == (True, True, False)

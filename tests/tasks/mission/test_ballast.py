@@ -104,9 +104,10 @@ def test_a_wrong_pitch_and_depth_do_not_make_it_dive_on(fly, tmp_path):
 
 @pytest.mark.parametrize(("kilograms", "degrees"), [(0.6, 20.0), (0.3, 8.0)])
 def test_fins_that_are_jammed_downward_bring_it_up_astern(kilograms, degrees, fly, tmp_path):
-    flight = fly(tmp_path, ballast(kilograms, jammed=math.radians(degrees)), 200.0)
-    assert max(flight.depths) < 20.0
-    assert max(flight.depths[-1000:]) < 3.0, flight.depths[::1000]
+    """It goes ahead while its bow is up: astern alone would take 70 s at 8 degrees."""
+    flight = fly(tmp_path, ballast(kilograms, jammed=math.radians(degrees)), 150.0)
+    assert max(flight.depths) < 8.0
+    assert max(flight.depths[6000:]) < 1.6, flight.depths[::1000]
 
 
 def test_fins_that_are_jammed_downward_do_not_make_a_light_vehicle_dive_whose_depth_drifts(fly, tmp_path):
