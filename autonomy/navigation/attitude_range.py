@@ -1,6 +1,7 @@
-"""Attitudes that a multirotor in the air cannot have: mostly wrong units."""
+"""Attitudes that a vehicle cannot have: mostly wrong units."""
 
 import math
+from dataclasses import dataclass
 
 LARGEST_TILT = math.radians(60.0)
 LARGEST_HEADING = math.tau + 0.1  # rad; some count from 0 to 2π, others from -π to π
@@ -8,19 +9,24 @@ SEVERAL, WITHIN = 3, 1.0  # so many in so many seconds are no single error
 HOLD = 3.0  # s without any, after which attitudes are trusted again
 
 
+@dataclass
 class AttitudeRange:
     """Rejects impossible attitudes (rad) and, after several, all of them for some time.
 
-    An attitude in degrees is possible now and then: the few that look right are not.
+    An attitude in degrees is possible now and then: the few that look right are not. Roll and pitch are at most the
+    `largest_roll` and `largest_pitch`, by default those of a multirotor in the air.
     """
 
-    def __init__(self) -> None:
+    largest_roll: float = LARGEST_TILT
+    largest_pitch: float = LARGEST_TILT
+
+    def __post_init__(self) -> None:
         self._latest, self._count, self._until = -math.inf, 0, -math.inf
 
     def accepts(self, now: float, phi: float, theta: float, psi: float) -> bool:
         """Whether an attitude at a time (s) can be used."""
-        level = -LARGEST_TILT <= phi <= LARGEST_TILT and -LARGEST_TILT <= theta <= LARGEST_TILT
-        if level and -LARGEST_HEADING <= psi <= LARGEST_HEADING:
+        tilted = abs(phi) <= self.largest_roll and abs(theta) <= self.largest_pitch
+        if tilted and abs(psi) <= LARGEST_HEADING:
             return now >= self._until
         self._count = self._count + 1 if now - self._latest < WITHIN else 1
         self._latest = now

@@ -8,6 +8,7 @@ from typing import Any
 import imc
 from autonomy.control import AscentMonitor, ascent_fins, blind_ascent_fins
 from autonomy.limits import OperatingLimits
+from autonomy.navigation import AttitudeRange
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
@@ -28,6 +29,7 @@ SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can
 COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster coasts for the time at the excess
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
+UPRIGHT, INVERTED = math.radians(91.0), math.radians(181.0)  # no pitch and no roll is larger; one in degrees is
 SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
 
 
@@ -280,7 +282,7 @@ class Failsafe(Task):
             if not self._reported:
                 why = "does not rise" if self._depth > self._surface else "has no fix"
                 self.log.error(f"the vehicle {why} at {self._depth:.1f} m: ascending with motor and fins")
-            self._reported, self._felt = True, -math.inf
+            self._reported, self._felt, self._possible = True, -math.inf, AttitudeRange(INVERTED, UPRIGHT)
             for kind in (imc.EulerAngles, imc.AngularVelocity):
                 self._bus.subscribe(Subscription(kind, self._feel, self))
             self.after(0.0, self._ascend)
@@ -290,7 +292,9 @@ class Failsafe(Task):
 
     def _feel(self, measured: imc.EulerAngles | imc.AngularVelocity) -> None:
         if isinstance(measured, imc.EulerAngles):
-            self._angles, self._felt = (measured.phi, measured.theta, measured.psi), self.now
+            angles = measured.phi, measured.theta, measured.psi
+            if self._possible.accepts(self.now, *angles):
+                self._angles, self._felt = angles, self.now
         else:
             self._rates = measured.x, measured.y, measured.z
 
@@ -300,7 +304,7 @@ class Failsafe(Task):
             return
         ascent, fins = self._ascent, [0.0] * CROSS
         measured = self.now - self._measured < DEPTH_TIMEOUT
-        felt = self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, (*self._angles, *self._rates)))
+        felt = self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, self._rates))
         if felt:
             now = self.now_without_stalls
             ascent.record_pitch(now, self._angles[1], self._rates[1], self._rising if measured else 0.0)

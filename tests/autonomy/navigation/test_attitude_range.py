@@ -25,3 +25,9 @@ def test_after_several_all_are_rejected_for_three_seconds():
     assert all(found[found.index(True) :])
     assert check.rejects(1.0)
     assert not check.rejects(3.5)
+
+
+def test_each_vehicle_has_its_own_range():
+    check = AttitudeRange(largest_roll=3.2, largest_pitch=1.6)
+    assert check.accepts(0.0, 3.1, -1.5, 0.0)
+    assert not check.accepts(0.1, 0.0, 1.7, 0.0)

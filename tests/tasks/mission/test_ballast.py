@@ -93,6 +93,14 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_pitch_is_wrong(kilogr
     assert max(flight.depths[-1000:]) < 1.6
 
 
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_pitch_is_in_degrees(fly, tmp_path):
+    """Fins that follow such a pitch, mostly beyond 90 degrees, turn the bow up and down."""
+    degrees = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: math.degrees(pitch)))
+    flight = fly(tmp_path, all_of(ballast(0.18), degrees), 100.0)
+    assert max(flight.depths) < 8.0
+    assert max(flight.depths[-1000:]) < 1.6
+
+
 def test_a_wrong_pitch_and_depth_do_not_make_it_dive_on(fly, tmp_path):
     """The vertical speed, computed with that pitch, says that it climbs."""
     pitch = lies(AHRS, imc.EulerAngles, ("theta", lambda pitch, t: pitch + 0.01 * t))
