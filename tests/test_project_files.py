@@ -25,7 +25,19 @@ def test_continuous_integration_runs_what_contributors_run_on_each_python():
     pythons = jobs["check"]["strategy"]["matrix"]["python"]
     assert PROJECT["requires-python"] == f">={pythons[0]}"
     assert pythons == [f"3.{minor}" for minor in range(11, 15)]
+    for script in ("pythons", "newest"):
+        assert jobs[script]["steps"][-1]["run"].endswith(f".ci/{script}")
+        assert os.access(ROOT / ".ci" / script, os.X_OK)
+    for version in pythons:
+        assert version in jobs["pythons"]["steps"][1]["with"]["python-version"].split()
     assert any("build" in step.get("run", "") for step in jobs["package"]["steps"])
+
+
+def test_continuous_integration_runs_no_test_again_that_failed():
+    for script in ("run", "pythons", "newest"):
+        text = (ROOT / ".ci" / script).read_text()
+        assert not re.search(r"--last-failed|--lf\b|--failed-first|--reruns|--flaky", text)
+    assert not any("rerun" in each or "flaky" in each for each in PROJECT["optional-dependencies"]["dev"])
 
 
 def test_each_command_of_pre_commit_is_in_the_dev_extra():
