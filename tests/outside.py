@@ -2,13 +2,15 @@
 
 import contextlib
 import errno
+import itertools
 import os
+import random
 import resource
 import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
 from typing import NoReturn, TypeVar
 from unittest.mock import patch
@@ -29,6 +31,22 @@ NO_SPACE, TOO_LARGE = os.strerror(errno.ENOSPC), os.strerror(errno.EFBIG)
 REFUSED, IN_USE = os.strerror(errno.ECONNREFUSED), os.strerror(errno.EADDRINUSE)
 TIMED_OUT, FILE_EXISTS = os.strerror(errno.ETIMEDOUT), os.strerror(errno.EEXIST)
 
+WORKER, WORKERS = (
+    os.environ.get(f"PYTEST_XDIST_WORKER{name}", number) for name, number in (("", "0"), ("_COUNT", "1"))
+)
+
+
+def in_turn(ports: Iterable[int]) -> Iterator[int]:
+    """The ports of this worker in random order, so that two are never the same, also not in two workers of a run.
+
+    They must be outside the range from which systems choose by themselves, for the client of another test at any time.
+    """
+    ours = list(ports)[int(WORKER.removeprefix("gw")) :: int(WORKERS)]
+    return itertools.cycle(random.SystemRandom().sample(ours, len(ours)))
+
+
+PORTS = in_turn(range(8_100, 11_000))
+
 T = TypeVar("T")
 
 
@@ -44,28 +62,23 @@ def until(
 
 
 def free_ports(count: int, address: str = "127.0.0.1") -> list[int]:
-    """Ports that nobody uses now, neither of UDP nor of TCP."""
+    """Ports that nobody uses now, neither with UDP nor with TCP; others each time."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
     found: list[int] = []
-    with contextlib.ExitStack() as stack:
-        while len(found) < count:
-            probe, other = (
-                stack.enter_context(socket.socket(socket.AF_INET, kind))
-                for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM)
-            )
-            probe.bind((address, 0))
-            port = probe.getsockname()[1]
-            try:
-                other.bind((address, port))
-            except OSError as error:
-                if error.errno != errno.EADDRINUSE:
-                    raise
-            else:
-                found.append(port)
-        return found
+    while len(found) < count:
+        port = next(PORTS)
+        try:
+            with socket.socket(family, socket.SOCK_DGRAM) as udp, socket.socket(family) as tcp:
+                udp.bind((address, port))
+                tcp.bind((address, port))
+        except OSError:
+            continue
+        found.append(port)
+    return found
 
 
-def free_port() -> int:
-    (port,) = free_ports(1)
+def free_port(address: str = "127.0.0.1") -> int:
+    (port,) = free_ports(1, address)
     return port
 
 

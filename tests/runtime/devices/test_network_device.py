@@ -12,9 +12,7 @@ from tests.runtime.devices.sounder import depths, played, sounder_of, states, un
 
 @pytest.mark.heavy
 def test_a_tcp_server_that_comes_late_goes_and_comes_back() -> None:
-    with socket.socket() as reserved:
-        reserved.bind(("127.0.0.1", 0))
-        number = reserved.getsockname()[1]
+    number = free_port()
 
     async def script(script: Script) -> None:
         task = sounder_of(script)
@@ -81,9 +79,7 @@ def test_a_tcp_server_that_takes_nothing_any_more_is_given_up(monkeypatch: pytes
 
 
 def test_datagrams_are_pieces_and_are_answered() -> None:
-    with socket.socket(type=socket.SOCK_DGRAM) as reserved:
-        reserved.bind(("127.0.0.1", 0))
-        number = reserved.getsockname()[1]
+    number = free_port()
     with socket.socket(type=socket.SOCK_DGRAM) as device:
         device.bind(("127.0.0.1", 0))
         device.settimeout(5.0)

@@ -1,11 +1,8 @@
 """Processes with a zenoh session each, on a bus of their own."""
 
 import contextlib
-import itertools
 import json
-import os
 import queue
-import random
 import subprocess
 import sys
 import threading
@@ -16,20 +13,14 @@ from typing import Any
 
 from runtime.zenoh.config import SESSION_OFFSET, SESSIONS
 from runtime.zenoh.listen_endpoint_failover import is_in_use
-from tests.outside import PATIENCE, until
+from tests.outside import PATIENCE, in_turn, until
 
 DISCOVERY = ("Transports.Announce", "Transports.Discovery")
 PEERS = Path(__file__).parent / "peers"
 REPOSITORY = Path(__file__).parents[3]
 
 
-# In turn, so that two ports are never the same, also not in two workers of a parallel run; outside the range from which
-# systems choose by themselves, and without those of discovery.
-WORKER, WORKERS = (
-    os.environ.get(f"PYTEST_XDIST_WORKER{name}", number) for name, number in (("", "0"), ("_COUNT", "1"))
-)
-OURS = [port for port in range(11_000, 32_000, 100) if port != 30_100][int(WORKER.removeprefix("gw")) :: int(WORKERS)]
-BLOCKS = itertools.cycle(random.SystemRandom().sample(OURS, len(OURS)))
+BLOCKS = in_turn(port for port in range(11_000, 32_000, 100) if port != 30_100)  # that of discovery
 
 
 def local_port() -> int:

@@ -196,12 +196,6 @@ def mavlink(script):
     return script.task.vehicle.task_by_label("MAVLink")
 
 
-def tcp_port(host=HOST):
-    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
-        probe.bind((host, 0))
-        return probe.getsockname()[1]
-
-
 async def until(control, what, seconds=10.0):
     for _ in range(round(seconds / 0.02)):
         if found := what():

@@ -17,7 +17,6 @@ from tests.tasks.transports.mavlink_station import (
     greet,
     mavlink,
     sail,
-    tcp_port,
     told,
     until,
 )
@@ -39,7 +38,7 @@ def test_ipv6():
         await bare.expect("HEARTBEAT")
         await greet(bare)
 
-    out, in_, tcp = free_port(), free_port(), tcp_port("::1")
+    out, in_, tcp = free_port(), free_port(), free_port("::1")
     run = sail(script, f"udpout://[::1]:{out}", f"udpin://[::1]:{in_}", f"tcpin://[::1]:{tcp}", clock=ScaledClock(FAST))
     assert told(run) == []
 
@@ -151,7 +150,7 @@ def test_stations_connect_by_tcp():
         assert (await other.expect("COMMAND_ACK"))["command"] == 519
         assert task.entity.state is State.NORMAL
 
-    port = tcp_port()
+    port = free_port()
     run = sail(script, f"tcpin://{HOST}:{port}?flavour=px4", clock=ScaledClock(FAST))
     assert told(run) == []
 
@@ -171,7 +170,7 @@ def test_a_stranger_that_connects_a_hundred_times_takes_nobodys_place():
         await until(control, lambda: "rejected 97" in mavlink(control).entity.description)
         await greet(TcpStation(control, (HOST, port), system=254))
 
-    port = tcp_port()
+    port = free_port()
     run = sail(script, f"tcpin://{HOST}:{port}", maximum_peers=4, clock=ScaledClock(FAST))
     assert told(run) == [f"tcpin://{HOST}:{port} has its 4 stations: {HOST} was rejected"]
 
@@ -196,7 +195,7 @@ def test_a_connection_that_carries_no_mavlink_is_ended():
         await greet(good)
         assert mavlink(control).link_set.links[0].counts["cut off"] == 2
 
-    port = tcp_port()
+    port = free_port()
     run = sail(script, f"tcpin://{HOST}:{port}", clock=ScaledClock(FAST))
     (line,) = [line for line in told(run) if "frames dropped" not in line]
     assert line == f"tcpin://{HOST}:{port} has ended a connection with {HOST}, which sends no MAVLink"
@@ -227,7 +226,7 @@ def test_a_station_that_does_not_read_gets_what_is_new_and_holds_up_nobody():
     def times(station):
         return [message for message in station.take() if message.name == "SYSTEM_TIME"]
 
-    port = tcp_port()
+    port = free_port()
     run = sail(script, f"tcpin://{HOST}:{port}", clock=ScaledClock(FAST))
     assert told(run) == []
 
@@ -250,7 +249,7 @@ def test_a_connection_that_ends_while_it_is_answered_ends_nothing_else():
         await greet(good)
         assert mavlink(control).link_set.drop_counts["rejected"] == 0
 
-    port = tcp_port()
+    port = free_port()
     run = sail(script, f"tcpin://{HOST}:{port}", clock=WallClock())
     assert told(run) == []
 
@@ -270,7 +269,7 @@ def test_a_tcp_server_comes_late_goes_and_comes_back():
             await until(control, lambda: not task.link_set.links[0].sessions)
             await until(control, lambda: task.entity.state is State.ERROR)
 
-    port = tcp_port()
+    port = free_port()
     run = sail(script, f"tcpout://localhost:{port}", clock=ScaledClock(FAST))
     refused = [line for line in run.log if REFUSED in line]
     assert refused[0] == f"tcpout://localhost:{port}: {REFUSED}"

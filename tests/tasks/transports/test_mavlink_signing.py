@@ -19,7 +19,7 @@ from runtime.testing import NoProfile
 from runtime.vehicle import Vehicle
 from tasks.transports.mavlink import MAVLink
 from tests.outside import NO_FILE, free_port
-from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station, mavlink, sail, tcp_port, told, until
+from tests.tasks.transports.mavlink_station import DIALECT, HOST, Station, mavlink, sail, told, until
 
 WORDS = "sardines in oil"
 KEY = hashlib.sha256(WORDS.encode()).digest()
@@ -72,7 +72,7 @@ def test_a_station_of_pymavlink_with_the_key_is_heard_and_hears(key, station):
             assert each.mav.signing.goodsig_count > 0
         assert not +mavlink(control).link_set.drop_counts
 
-    port, other = free_port(), tcp_port()
+    port, other = free_port(), free_port()
     run = sail(script, f"udpin://{HOST}:{port}?key={key}", f"tcpin://{HOST}:{other}?key={key}", clock=WallClock())
     assert told(run) == []
     assert not [text for text in (*run.log, *map(str, run.messages)) if WORDS in text or KEY.hex() in text]

@@ -8,7 +8,6 @@ from runtime import State
 from runtime.kernel import ScaledClock
 from tests.outside import free_port
 from tests.tasks.transports.mavlink_station import HOST, SerialStation, Station, TcpStation, mavlink, sail
-from tests.tasks.transports.test_mavlink_links import tcp_port
 
 OURS = 26
 FAST = 20.0
@@ -29,7 +28,7 @@ class Ends:
 
     def __init__(self, scheme, folder):
         self.scheme = scheme
-        self.port = tcp_port() if scheme.startswith("tcp") else free_port()
+        self.port = free_port()
         self.line = folder / "ttyTEST"
         self.server = socket.create_server((HOST, self.port)) if scheme == "tcpout" else None
 

@@ -1,7 +1,6 @@
 """Frames of AirSim over its own protocol, from a stand-in whose colors tell where each pixel looks."""
 
 import math
-import socket
 import struct
 import zlib
 
@@ -19,7 +18,7 @@ from runtime.vehicle.thread_pool import WorkerThreads
 from support.pose import Pose
 from tasks.vision.airsim import AirSim
 from tasks.vision.airsim_api.rpc_messages import MessageEnd
-from tests.outside import REFUSED
+from tests.outside import REFUSED, free_port
 from tests.tasks.mission.stalling_clock import StallingClock
 from tests.tasks.vision.airsim_standin import SETTINGS, StandIn, colors
 
@@ -149,13 +148,8 @@ def test_without_truth_the_estimate_counts_and_without_both_it_waits():
         assert shot(server, feed=[]).task.entity.description == "waiting for SimulatedState"
 
 
-def closed_port():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
-
-
 def test_an_absent_server_is_named_and_asked_again_more_and_more_rarely():
-    port = closed_port()
+    port = free_port()
     feed = [truth(t / 10) for t in range(300)]
     run = simulate(AirSim, feed, seconds=30.0, port=port, frame_rate=10.0)
     entity = run.task.entity

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.outside import until
+from tests.outside import free_port, until
 
 ROOT = Path(__file__).parents[4]
 HIDDEN = """
@@ -29,9 +29,7 @@ class Grid:
     def __init__(self, folder):
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
+        self.port = free_port()
         self.address = f"dask://127.0.0.1:{self.port}"
         self.processes = []
         self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", str(self.port))

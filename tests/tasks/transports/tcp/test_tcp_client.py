@@ -12,7 +12,7 @@ from runtime import State
 from runtime.kernel import ScaledClock
 from tasks.transports.tcp import client
 from tasks.transports.tcp.client import Client
-from tests.outside import REFUSED
+from tests.outside import REFUSED, free_port
 from tests.runtime.devices.slow_servers import served
 from tests.tasks.transports.tcp.peers import HOST, VEHICLE, Peer, packet, run, until
 
@@ -47,8 +47,7 @@ def test_the_client_connects_exchanges_packets_and_connects_again():
 
 @pytest.mark.heavy
 def test_the_client_waits_longer_each_time_and_says_so_once():
-    with socket.create_server((HOST, 0)) as gone:
-        port = gone.getsockname()[1]
+    port = free_port()
 
     async def test(script, task, depths):
         await until(script, lambda: task.backoff.failures >= 2)
@@ -59,8 +58,7 @@ def test_the_client_waits_longer_each_time_and_says_so_once():
 
 
 def test_the_client_of_a_scaled_vehicle_is_as_patient_as_that_of_any():
-    with socket.create_server((HOST, 0)) as gone:
-        port = gone.getsockname()[1]
+    port = free_port()
 
     async def test(script, task, depths):
         began = time.monotonic()
