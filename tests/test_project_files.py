@@ -2,14 +2,18 @@
 
 import os
 import re
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
+import pytest
 import yaml
 
 from tests.command import shoal
 
 ROOT = Path(__file__).parent.parent
+PARTS = ("tests", "heavy", "computing", "checks")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 
@@ -20,24 +24,65 @@ def test_the_citation_has_the_version_and_the_license_of_the_package():
 
 def test_continuous_integration_runs_what_contributors_run_on_each_python():
     jobs = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())["jobs"]
-    assert any(step.get("run") == ".ci/run" for step in jobs["check"]["steps"])
-    assert os.access(ROOT / ".ci/run", os.X_OK)
-    pythons = jobs["check"]["strategy"]["matrix"]["python"]
-    assert PROJECT["requires-python"] == f">={pythons[0]}"
-    assert pythons == [f"3.{minor}" for minor in range(11, 15)]
+    assert jobs["check"]["steps"][-1]["run"] == ".ci/run ${{ matrix.parts }}"
+    matrix = jobs["check"]["strategy"]["matrix"]
+    assert sorted(" ".join(matrix["parts"]).split()) == sorted(PARTS)
+    assert PROJECT["requires-python"] == f">={matrix['python'][0]}"
+    assert matrix["python"] == [f"3.{minor}" for minor in range(11, 15)]
     for script in ("pythons", "newest"):
         assert jobs[script]["steps"][-1]["run"].endswith(f".ci/{script}")
-        assert os.access(ROOT / ".ci" / script, os.X_OK)
-    for version in pythons:
-        assert version in jobs["pythons"]["steps"][1]["with"]["python-version"].split()
+    setup = jobs["pythons"]["steps"][1]["with"]["python-version"]
+    assert sorted(setup.split()) == matrix["python"]
     assert any("build" in step.get("run", "") for step in jobs["package"]["steps"])
 
 
-def test_continuous_integration_runs_no_test_again_that_failed():
-    for script in ("run", "pythons", "newest"):
-        text = (ROOT / ".ci" / script).read_text()
-        assert not re.search(r"--last-failed|--lf\b|--failed-first|--reruns|--flaky", text)
-    assert not any("rerun" in each or "flaky" in each for each in PROJECT["optional-dependencies"]["dev"])
+@pytest.fixture
+def ci_run(tmp_path):
+    """Runs .ci/run where each command only notes its words, and fails if `failing` is among them."""
+    for folder in ("commands", ".ci"):
+        (tmp_path / folder).mkdir()
+    shutil.copy(ROOT / ".ci/run", tmp_path / ".ci")
+    install, tests = "pip install '.[dev]'", "pytest -n 2 --dist worksteal"
+    (tmp_path / "README.md").write_text(f"Text.\n{install} && {tests}\n")
+    stub = '#!/bin/sh\nwords="$(basename $0) $*"\necho "$words" >>"$NOTES"\ncase "$words" in $FAILING) exit 1;; esac\n'
+    for name in ("pip", "pytest", "ruff", "codespell", "pyright", "lint-imports", "python"):
+        (tmp_path / "commands" / name).write_text(stub)
+        (tmp_path / "commands" / name).chmod(0o755)
+
+    def run(*parts, failing="nothing"):
+        notes = tmp_path / "notes"
+        notes.write_text("")
+        path = f"{tmp_path / 'commands'}{os.pathsep}{os.environ['PATH']}"
+        environment = {**os.environ, "PATH": path, "NOTES": str(notes), "FAILING": failing}
+        done = subprocess.run([tmp_path / ".ci/run", *parts], env=environment, capture_output=True, text=True)
+        return done.returncode, notes.read_text().splitlines()
+
+    return run
+
+
+def test_the_parts_of_ci_are_all_of_it_and_each_test_runs_once(ci_run):
+    status, everything = ci_run()
+    assert status == 0
+    install = "pip install .[dev]"
+    found = [ci_run(part) for part in PARTS]
+    assert all(status == 0 and commands[0] == install for status, commands in found)
+    assert sorted(everything) == sorted([install, *(word for _, commands in found for word in commands[1:])])
+    assert len(everything) == len(set(everything))
+    marks = [words.partition(" -m ")[2] for words in everything if words.startswith("pytest")]
+    assert {marks.pop(0), *marks} == {"", "computing --timeout 1800", "heavy and not alone and not computing", "alone"}
+
+
+@pytest.mark.parametrize("failing", ["*-m heavy and not*", "ruff check*"])
+def test_what_fails_in_ci_fails_it_and_is_not_repeated(failing, ci_run):
+    _, everything = ci_run()
+    status, commands = ci_run(failing=failing)
+    assert status == 1
+    assert len(commands) == len(set(commands))
+    assert set(commands) <= set(everything)
+
+
+def test_ci_names_its_parts_if_one_is_unknown(ci_run):
+    assert ci_run("tets") == (2, [])
 
 
 def test_each_command_of_pre_commit_is_in_the_dev_extra():
