@@ -10,7 +10,7 @@ from pathlib import Path
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY
 from shoal.missions import parse_plan, prepare
-from tests.outside import ALONE, free_port, until
+from tests.outside import ALONE, PATIENCE, free_port, until
 
 SPEED = 12.0
 ROOT = Path(__file__).parents[4]
@@ -104,7 +104,7 @@ class Body:
     def armed(self):
         return self.last(imc.ArmingState).state == imc.ArmingState.State.ARMED
 
-    def wait(self, condition, patience=20.0):
+    def wait(self, condition, patience=PATIENCE):
         return until(condition, patience, told=lambda: (self.texts()[-8:], self.modes))
 
     def ready(self):

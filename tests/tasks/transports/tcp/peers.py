@@ -8,6 +8,7 @@ from runtime import Task, consume, periodic
 from runtime.kernel import WallClock
 from runtime.testing import simulate
 from tasks.transports.tcp.server import Server
+from tests.outside import PATIENCE
 
 HOST, VEHICLE, CONSOLE = "127.0.0.1", 0x001A, 0x4000
 SILENT_FOR = 0.4  # s, in place of 2.5 s
@@ -83,13 +84,13 @@ def run(test, task=Server, clock=None, **parameters):
 
     place = {"port": 0} if task is Server else {}
     wanted = [Depths, (task, {**place, "transports": ["Depth"], **parameters})]
-    done = simulate(wanted, clock=clock, seconds=10.0 * clock.speed, script=guarded)
+    done = simulate(wanted, clock=clock, seconds=4.0 * PATIENCE * clock.speed, script=guarded)
     if errors:
         raise errors[0]
     return done
 
 
-async def until(script, condition, seconds=8.0):
+async def until(script, condition, seconds=PATIENCE):
     end = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < end, "it does not happen"
