@@ -1,12 +1,17 @@
 """Flies the profile hexa-00 with its full simulation."""
 
 import math
-from dataclasses import replace
+import tempfile
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 from lean import UNLOGGED
 
 import imc
+from runtime.kernel import VirtualClock
+from runtime.snapshot import InputJournals, restore, take_snapshot
+from runtime.snapshot import load as load_snapshot
 from shoal.missions import parse_plan, prepare
 
 HEAD = "origin: 41.185°, -8.7062°\nspeed: 5 m/s\naltitude: 20\nmaneuvers:\n"
@@ -27,32 +32,95 @@ def load(kilograms):
     return hang
 
 
-class Flight:
+@dataclass
+class Heard:
+    """What a vehicle has published: its true states, voltages, currents, changes of mode, texts of the log book."""
+
+    truths: list[imc.SimulatedState] = field(default_factory=list)
+    volts: list[float] = field(default_factory=list)
+    amperes: list[float] = field(default_factory=list)
+    modes: list[str] = field(default_factory=list)
+    op_modes: list[str] = field(default_factory=list)
+    log: list[str] = field(default_factory=list)
+
+    def observe(self, vehicle):
+        vehicle.observe(imc.SimulatedState, self.truths.append)
+        vehicle.observe(imc.Voltage, lambda m: self.volts.append(m.value))
+        vehicle.observe(imc.Current, lambda m: self.amperes.append(m.value))
+        vehicle.observe(imc.AutopilotMode, lambda m: self.change_mode(m.mode))
+        vehicle.observe(imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name))
+        vehicle.observe(imc.LogBookEntry, lambda m: self.log.append(m.text))
+
+    def change_mode(self, mode):
+        """Note a mode of the autopilot; whether it is another one."""
+        return self._note(self.modes, mode)
+
+    @staticmethod
+    def _note(found, word):
+        is_new = found[-1:] != [word]
+        if is_new:
+            found.append(word)
+        return is_new
+
+
+def vehicle_in(folder, overrides, **options):
+    return prepare(
+        "hexa-00", overrides=overrides, log_root=folder / "log", state_folder=folder / "db", **options
+    ).vehicle
+
+
+def publish(vehicle, message):
+    packet = imc.encode_with_header(message, vehicle.kernel.now_ns / 1e9, message.src, 0xFF, message.dst, 0xFF)
+    vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
+
+
+def begin(vehicle, plan):
+    """The vehicle has just been asked to carry out a plan."""
+    vehicle.start()
+    vehicle.run(START)
+    publish(vehicle, imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=plan.plan_id, arg=plan, dst=OWN, src=CCU))
+
+
+@cache
+def hovering(moment, overrides):
+    """How a vehicle is at a moment (s) of the plan to hover, for flights that go on from it, and what it published."""
+    heard = Heard()
+    with tempfile.TemporaryDirectory() as folder:
+        vehicle = vehicle_in(Path(folder), overrides)
+        InputJournals(vehicle)
+        heard.observe(vehicle)
+        begin(vehicle, HOVER)
+        vehicle.run(moment - START)
+        state = load_snapshot(take_snapshot(vehicle))
+        vehicle.close()
+    return state, heard
+
+
+class Flight(Heard):
     """A hovering vehicle with events: a message, a task that becomes silent, or what is done to the vehicle.
 
     With `until_down` the flight ends 5 s after landing. There is no log unless it is `logged`.
     """
 
     def __init__(self, folder: Path, *events, seconds, overrides=(), plan=HOVER, until_down=False, logged=False):
-        overrides = overrides if logged else (UNLOGGED, *overrides)
-        places = {"log_root": folder / "log", "state_folder": folder / "db"}
-        self.vehicle = prepare("hexa-00", overrides=overrides, **places).vehicle
-        self.truths, self.modes, self.log, self.op_modes = [], [], [], []
-        self.vehicle.observe(imc.SimulatedState, self.truths.append)
-        self.volts, self.amperes = [], []
-        self.vehicle.observe(imc.Voltage, lambda m: self.volts.append(m.value))
-        self.vehicle.observe(imc.Current, lambda m: self.amperes.append(m.value))
-        self.vehicle.observe(imc.AutopilotMode, lambda m: self._note(self.modes, m.mode))
+        super().__init__()
+        overrides = tuple(overrides) if logged else (UNLOGGED, *overrides)
+        began = min((at for at, _ in events), default=0.0)
         self._until_down = until_down
-        self.vehicle.observe(
-            imc.VehicleState, lambda m: self._note(self.op_modes, imc.VehicleState.OpMode(m.op_mode).name)
-        )
-        self.vehicle.observe(imc.LogBookEntry, lambda m: self.log.append(m.text))
-        self.vehicle.start()
-        start = imc.PlanControl(op=imc.PlanControl.Op.START, plan_id=plan.plan_id, arg=plan, dst=OWN, src=CCU)
-        for at, event in ((START, start), *events):
-            self.vehicle.kernel.after(at, self._happen, event)
-        self.vehicle.run(seconds)
+        if plan is HOVER and began > START and not logged:
+            state, heard = hovering(began, overrides)
+            vars(self).update({name: list(found) for name, found in vars(heard).items()})
+            self.vehicle = vehicle_in(folder, overrides, clock=VirtualClock(state.time))
+            restore(self.vehicle, state)
+            self.observe(self.vehicle)
+        else:
+            began = START
+            self.vehicle = vehicle_in(folder, overrides)
+            self.observe(self.vehicle)
+            begin(self.vehicle, plan)
+        for at, event in events:
+            self.vehicle.kernel.after(at - began, self._happen, event)
+        self.vehicle.run(seconds - began)
         self.vehicle.close()
 
     def _happen(self, event):
@@ -61,14 +129,13 @@ class Flight:
         elif callable(event):
             event(self.vehicle)
         else:
-            packet = imc.encode_with_header(event, self.vehicle.kernel.now_ns / 1e9, event.src, 0xFF, event.dst, 0xFF)
-            self.vehicle.bus.deliver_and_send(imc.decode(packet), packet, None)
+            publish(self.vehicle, event)
 
-    def _note(self, found, word):
-        if found[-1:] != [word]:
-            found.append(word)
-            if self._until_down and found is self.modes and word == "GROUND" and len(found) > 1:
-                self.vehicle.kernel.after(5.0, self.vehicle.stop)
+    def change_mode(self, mode):
+        is_new = super().change_mode(mode)
+        if self._until_down and is_new and mode == "GROUND" and len(self.modes) > 1:
+            self.vehicle.kernel.after(5.0, self.vehicle.stop)
+        return is_new
 
     @property
     def end(self):
