@@ -31,6 +31,7 @@ COVARIANCES, VARIANCES = 21, (0, 6, 11)  # the upper triangle by rows; the place
 
 
 def has_position(fix: imc.GpsFix) -> bool:
+    """Whether a fix has a valid and finite latitude and longitude."""
     return bool(fix.validity & Validity.VALID_POS) and math.isfinite(fix.lat) and math.isfinite(fix.lon)
 
 

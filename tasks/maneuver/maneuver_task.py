@@ -160,7 +160,7 @@ class Maneuver(Task):
     async def go_to_end(
         self, leg: PathEnd, *, flags: int = 0, info: str = "", after: float = 0.0, judged: bool = True
     ) -> None:
-        """Steer to the end of `leg` until near; `after` is the time the maneuver takes from there (s), infinite if unknown.
+        """Steer to the end of `leg` until near; `after` is the time (s) the maneuver takes from there, inf if unknown.
 
         A leg that is `judged` must end at its depth, else `check_depth` reports it.
         """

@@ -52,9 +52,8 @@ class OperatorPage:
         return json.loads(content)
 
     def frames(self, **options: Any) -> ClientConnection:
-        headers = {"Cookie": self.cookie}
-        origin = options.pop("origin", f"http://{self.host}")
-        return connect(f"ws://{self.host}/frames", origin=origin, additional_headers=headers, ping_interval=None, **options)
+        words = {"origin": f"http://{self.host}", "ping_interval": None, **options}
+        return connect(f"ws://{self.host}/frames", additional_headers={"Cookie": self.cookie}, **words)
 
 
 def assert_line(process: subprocess.Popen[str]) -> str:
