@@ -1,6 +1,7 @@
 """Frames for the pages: changes of all vehicles five times a second, made once for all viewers, while there are any."""
 
 import asyncio
+import json
 import math
 import time
 from collections import deque
@@ -10,7 +11,7 @@ from typing import Any
 import msgspec
 
 import imc
-from shoal.console.vehicle_view import KINDS, EntityTimes, View, changed_sections, vehicle_view, word
+from shoal.console.vehicle_view import KINDS, EntityTimes, View, changed_sections, position, vehicle_view, word
 from shoal.network import MessageListener, Network, NetworkSystem, field_value
 from support.terminal_text import printable
 
@@ -128,7 +129,7 @@ class PageFeed:
             state = system.latest_message(imc.EstimatedState)
             if state is None:
                 continue
-            lat, lon, _ = imc.coordinates.absolute_position(state)
+            lat, lon, _ = position(state)
             point = [round(math.degrees(lat), 6), round(math.degrees(lon), 6), round(state.depth, 1)]
             track = self._tracks.setdefault(system.name, deque(maxlen=TRACK_POINTS))
             if all(map(math.isfinite, point)) and (not track or track[-1] != point):
@@ -205,5 +206,8 @@ class PageFeed:
 
 
 def encode(value: object) -> bytes:
-    """JSON, with null for numbers that it does not have."""
-    return msgspec.json.encode(value)
+    """JSON, with null for numbers that it does not have, and escapes for text that UTF-8 does not have."""
+    try:
+        return msgspec.json.encode(value)
+    except UnicodeEncodeError:
+        return json.dumps(msgspec.to_builtins(value, str_keys=True)).encode()

@@ -1,12 +1,13 @@
 """Orders of the page to a vehicle, and whether the vehicle obeys them."""
 
 import asyncio
+import math
 import time
 from collections.abc import Callable, Mapping
 
 import imc
 from autonomy.plans import sequential_plan
-from shoal.console.vehicle_view import motors, word
+from shoal.console.vehicle_view import RUNNING, motors, position, word
 from shoal.missions import PlanFileError, parse_plan
 from shoal.network import AsyncRemoteVehicle, NetworkSystem
 
@@ -39,7 +40,7 @@ async def abort(vehicle: AsyncRemoteVehicle) -> str:
 async def hold(vehicle: AsyncRemoteVehicle) -> str:
     """Stay where the vehicle is: an AUV comes up there. Raises OrderError, NetworkError."""
     state = await vehicle.latest(imc.EstimatedState)
-    lat, lon, _ = imc.coordinates.absolute_position(state)
+    lat, lon, _ = _known_position(state)
     airborne = _type(vehicle.system) == imc.SystemType.UAV
     station = imc.StationKeeping(
         lat=lat,
@@ -59,10 +60,12 @@ async def surface(vehicle: AsyncRemoteVehicle) -> str:
     if kind == imc.SystemType.USV:
         raise OrderError("a boat is at the surface")
     state = await vehicle.latest(imc.EstimatedState)
-    lat, lon, _ = imc.coordinates.absolute_position(state)
+    lat, lon, _ = _known_position(state)
     maneuver: imc.Message
     if kind == imc.SystemType.UAV:
-        maneuver = imc.Land(lat=lat, lon=lon, z_units=imc.ZUnits.HEIGHT, speed=STATION_SPEED, speed_units=0)
+        maneuver = imc.Land(
+            lat=lat, lon=lon, z_units=imc.ZUnits.HEIGHT, speed=STATION_SPEED, speed_units=imc.SpeedUnits.METERS_PS
+        )
     else:
         flags = imc.PopUp.Flags.CURR_POS
         maneuver = imc.PopUp(
@@ -165,6 +168,14 @@ async def _start(vehicle: AsyncRemoteVehicle, plan: str | imc.PlanSpecification)
     if not await _becomes(runs):
         raise OrderError(f"{name} was accepted, but is not carried out after {OBEYED:g} s: mode {_mode_text(system)}")
     return f"obeyed: {name} is carried out; {estimates[0]}" if estimates else f"obeyed: {name} is carried out"
+
+
+def _known_position(state: imc.EstimatedState) -> tuple[float, float, float]:
+    """Raises OrderError where the vehicle does not know it."""
+    found = position(state)
+    if not all(map(math.isfinite, found)):
+        raise OrderError("the vehicle reports no position")
+    return found
 
 
 async def _becomes(condition: Callable[[], bool]) -> bool:

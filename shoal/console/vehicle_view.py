@@ -78,7 +78,7 @@ def _state(system: NetworkSystem) -> View:
     state, medium = system.latest_message(imc.EstimatedState), system.latest_message(imc.VehicleMedium)
     if state is None:
         return {}
-    lat, lon, height = imc.coordinates.absolute_position(state)
+    lat, lon, height = position(state)
     doubt = system.latest_message(imc.NavigationUncertainty)
     spread = math.sqrt(max(doubt.x, doubt.y, 0.0)) if doubt is not None else math.nan
     return {
@@ -86,7 +86,7 @@ def _state(system: NetworkSystem) -> View:
         "lat": _rounded(math.degrees(lat), 7),
         "lon": _rounded(math.degrees(lon), 7),
         "height": _rounded(height, 1),
-        "depth": _rounded(state.depth, 2),
+        "depth": _rounded(state.depth, 2) if state.depth >= 0.0 else None,
         "altitude": _rounded(state.alt, 1) if state.alt >= 0.0 else None,
         "heading": _rounded(math.degrees(state.psi) % 360.0, 1),
         "roll": _rounded(math.degrees(state.phi), 1),
@@ -96,6 +96,13 @@ def _state(system: NetworkSystem) -> View:
         "uncertainty": _rounded(spread, 1),
         "medium": None if medium is None else word(imc.VehicleMedium.Medium, medium.medium),
     }
+
+
+def position(state: imc.EstimatedState) -> tuple[float, float, float]:
+    """Latitude and longitude (rad) and height (m); NaN if a number that they are made of is none."""
+    if not all(map(math.isfinite, (state.lat, state.lon, state.height, state.x, state.y, state.z))):
+        return math.nan, math.nan, math.nan
+    return imc.coordinates.absolute_position(state)
 
 
 def _plan(system: NetworkSystem) -> View:
@@ -136,7 +143,7 @@ def _entities(system: NetworkSystem, times: EntityTimes) -> list[View]:
             "entity": printable(system.label(state.src_ent)),
             "state": word(imc.EntityState.State, state.state),
             "text": printable(state.description),
-            "since": round(times.since(system, state)),
+            "since": _rounded(times.since(system, state), 0),
         }
         for state in states
     ]

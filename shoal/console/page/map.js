@@ -35,7 +35,7 @@ export function makeMap(store) {
     if (of.count === track.length) return;
     if (of.count > track.length) { of.track.clearLayers(); of.count = 0; }
     for (let at = Math.max(1, of.count); at < track.length; at += 1) {
-      const color = DEPTHS[Math.min(DEPTHS.length - 1, Math.floor(Math.max(0, track[at][2]) / STEP))];
+      const color = DEPTHS[Math.min(DEPTHS.length - 1, Math.floor(Math.max(0, track[at][2] ?? 0) / STEP))];
       L.polyline([track[at - 1].slice(0, 2), track[at].slice(0, 2)], { color, weight: 2, interactive: false })
         .addTo(of.track);
     }
