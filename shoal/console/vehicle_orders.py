@@ -155,15 +155,7 @@ async def _start(vehicle: AsyncRemoteVehicle, plan: str | imc.PlanSpecification)
 
     def runs() -> bool:
         state = system.latest_message(imc.PlanControlState)
-        return (
-            state is not None
-            and state.plan_id == name
-            and state.state
-            in (
-                imc.PlanControlState.State.EXECUTING,
-                imc.PlanControlState.State.INITIALIZING,
-            )
-        )
+        return state is not None and state.plan_id == name and state.state in RUNNING
 
     if not await _becomes(runs):
         raise OrderError(f"{name} was accepted, but is not carried out after {OBEYED:g} s: mode {_mode_text(system)}")
