@@ -195,7 +195,7 @@ def console(vehicle: Vehicle, make: Callable[[int], imc.Message]) -> Ask:
 def station(vehicle: Vehicle, make: Callable[[int], Iterable[tuple[str, Fields]]], *, reads: bool) -> Ask:
     """A ground station that asks over TCP, as far as its line takes it."""
     port, sequence = free_port(), itertools.count()
-    vehicle.add(MAVLink, "Transports.MAVLink", links=[f"tcpin://127.0.0.1:{port}?flavour=px4"])
+    vehicle.add(MAVLink, "Transports.MAVLink", links=[f"tcpin://127.0.0.1:{port}?flavor=px4"])
     target = {"target_system": mavlink_system_id(vehicle.system), "target_component": 1}
     lines: list[socket.socket] = []
 

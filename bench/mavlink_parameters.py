@@ -69,7 +69,7 @@ def afloat(profile: str, link: str) -> Iterator[None]:
 def by_mavsdk(profile: str, loss: float, seed: int) -> tuple[int, float]:
     """Number of parameters, and duration in s."""
     port = free_port()
-    with Lossy(port, loss=loss, seed=seed) as line, afloat(profile, f"udpout://127.0.0.1:{line.port}?flavour=px4"):
+    with Lossy(port, loss=loss, seed=seed) as line, afloat(profile, f"udpout://127.0.0.1:{line.port}?flavor=px4"):
         command = [sys.executable, __file__, "--client", str(port)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=True)
     count, seconds = done.stdout.split()

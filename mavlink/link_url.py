@@ -1,4 +1,4 @@
-"""Links as written in a profile: SCHEME://ADDRESS[:PORT]?flavour=..&rates=..&key=.."""
+"""Links as written in a profile: SCHEME://ADDRESS[:PORT]?flavor=..&rates=..&key=.."""
 
 import re
 from collections.abc import Mapping
@@ -18,11 +18,12 @@ LISTENERS = ("udpin", "tcpin")
 BAUD = 57600
 LOW_SPEED = 200.0  # bytes/s that a link with low rates is taken for
 CHOICES: Mapping[str, tuple[str, ...]] = {
-    "flavour": tuple(FLAVORS),
+    "flavor": tuple(FLAVORS),
     "rates": ("normal", "low"),
     "unsigned": ("drop", "accept"),
 }
 OPTIONS = (*CHOICES, "key", "baud")
+OLD_FLAVOR = "flavour"  # deprecated
 _FORM = re.compile(r"([a-z]+)://(\[[^\]]*\]|[^:?]*)(?::([^?]*))?(?:\?(.*))?", re.DOTALL)
 _SERIAL = re.compile(r"serial://([^?]+)(?:\?(.*))?", re.DOTALL)
 _NAME = re.compile(r"(?=.{1,253}$)[A-Za-z0-9_]([A-Za-z0-9_-]*[A-Za-z0-9_])?(\.[A-Za-z0-9_-]+)*\.?")
@@ -37,7 +38,7 @@ class LinkUrl:
 
     text: as it is shown, without options. host: an address or a name; the device of a serial line. port: 0 for a serial
     line. low: whether the default rates are those of slow links. key: the file with the key, empty for none. open:
-    whether unsigned frames are accepted in spite of it.
+    whether unsigned frames are accepted in spite of it. deprecation: a warning about an old option; empty if none.
     """
 
     text: str
@@ -49,6 +50,7 @@ class LinkUrl:
     key: str = ""
     accepts_unsigned: bool = False
     baud: int = BAUD
+    deprecation: str = ""
 
     @property
     def listens(self) -> bool:
@@ -82,7 +84,7 @@ class LinkUrl:
 
 
 def parse_link_url(text: str) -> LinkUrl:
-    """Parses a link such as "udpin://127.0.0.1:14551?flavour=px4", or in the older form "udpin:127.0.0.1:14551:px4".
+    """Parses a link such as "udpin://127.0.0.1:14551?flavor=px4", or in the older form "udpin:127.0.0.1:14551:px4".
 
     Raises ValueError with the reason, in which no key is repeated.
     """
@@ -111,7 +113,7 @@ def _older(text: str) -> LinkUrl | None:
     scheme, host, port, flavor = parts
     if flavor not in FLAVORS:
         raise ValueError(with_suggestion(f"{flavor!r} is not a flavor", flavor, FLAVORS))
-    return _route(text, scheme, _host(scheme, host), _port(port), {"flavour": flavor})
+    return _route(text, scheme, _host(scheme, host), _port(port), {"flavor": flavor})
 
 
 def _network(text: str) -> LinkUrl:
@@ -120,8 +122,8 @@ def _network(text: str) -> LinkUrl:
     if scheme not in SCHEMES and (found is not None or ":" in text):
         raise ValueError(with_suggestion(f"{scheme!r} is not a scheme", scheme, SCHEMES))
     if found is None or scheme == SERIAL:
-        example = "serial:///dev/ttyUSB0?baud=57600" if scheme == SERIAL else "udpin://127.0.0.1:14551?flavour=px4"
-        raise ValueError(f"not SCHEME://ADDRESS[:PORT]?flavour=FLAVOR, such as {example}")
+        example = "serial:///dev/ttyUSB0?baud=57600" if scheme == SERIAL else "udpin://127.0.0.1:14551?flavor=px4"
+        raise ValueError(f"not SCHEME://ADDRESS[:PORT]?flavor=FLAVOR, such as {example}")
     host = _host(scheme, found[2])
     port = PORTS[scheme] if found[3] is None else _port(found[3])
     return _route(text, scheme, host, port, _options(found[4] or "", scheme))
@@ -133,11 +135,12 @@ def _route(text: str, scheme: str, host: str, port: int, options: Mapping[str, s
         scheme,
         host,
         port,
-        FLAVORS[options.get("flavour", "ardupilot")],
+        FLAVORS[options.get("flavor", "ardupilot")],
         low=options.get("rates") == "low",
         key=options.get("key", ""),
         accepts_unsigned=options.get("unsigned") == "accept",
         baud=int(options.get("baud", BAUD)),
+        deprecation=options.get(OLD_FLAVOR, ""),
     )
 
 
@@ -166,14 +169,15 @@ def _options(text: str, scheme: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for part in filter(None, text.split("&")):
         name, equals, value = part.partition("=")
-        name = "flavour" if name == "flavor" else name
+        if name == OLD_FLAVOR:
+            name, found[OLD_FLAVOR] = "flavor", f"{OLD_FLAVOR} is deprecated: write flavor"
         known = [option for option in OPTIONS if option != "baud" or scheme == SERIAL]
         if name not in known:
             raise ValueError(with_suggestion(f"{name!r} is not an option of this link", name, known))
         if name in found or not (equals and value):
             raise ValueError(f"{name!r} is given twice" if name in found else f"{name!r} has no value")
         if name in CHOICES and value not in CHOICES[name]:
-            word = "a flavor" if name == "flavour" else f"a choice of {name!r}"
+            word = "a flavor" if name == "flavor" else f"a choice of {name!r}"
             raise ValueError(with_suggestion(f"{value!r} is not {word}", value, CHOICES[name]))
         found[name] = value
     if not _BAUD.fullmatch(found.get("baud", str(BAUD))):

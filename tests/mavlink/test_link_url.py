@@ -11,16 +11,16 @@ from mavlink import parse_link_url
         (" udpin:localhost:14551:px4 ", "udpin", ("127.0.0.1", 14551), "px4"),
         ("udpout:192.168.0.7:14550:generic", "udpout", ("192.168.0.7", 14550), "generic"),
         ("udpin://", "udpin", ("127.0.0.1", 14550), "ardupilot"),
-        ("udpin://0.0.0.0:14551?flavour=px4", "udpin", ("0.0.0.0", 14551), "px4"),
+        ("udpin://0.0.0.0:14551?flavor=px4", "udpin", ("0.0.0.0", 14551), "px4"),
         ("udpin://[::1]:14551?flavor=px4", "udpin", ("::1", 14551), "px4"),
         ("udpout://station.local", "udpout", ("station.local", 14550), "ardupilot"),
         ("udpout://[fe80::2%eth0]:14555", "udpout", ("fe80::2%eth0", 14555), "ardupilot"),
         ("udpbcast://192.168.0.255", "udpbcast", ("192.168.0.255", 14550), "ardupilot"),
         ("tcpin://", "tcpin", ("127.0.0.1", 5760), "ardupilot"),
         ("tcpin://:5761", "tcpin", ("127.0.0.1", 5761), "ardupilot"),
-        ("tcpout://router-1:5760?flavour=px4&rates=normal", "tcpout", ("router-1", 5760), "px4"),
+        ("tcpout://router-1:5760?flavor=px4&rates=normal", "tcpout", ("router-1", 5760), "px4"),
         ("serial:///dev/ttyUSB0", "serial", ("/dev/ttyUSB0", 0), "ardupilot"),
-        ("serial:///dev/serial/by-id/a:b?flavour=px4&baud=921600", "serial", ("/dev/serial/by-id/a:b", 0), "px4"),
+        ("serial:///dev/serial/by-id/a:b?flavor=px4&baud=921600", "serial", ("/dev/serial/by-id/a:b", 0), "px4"),
     ],
 )
 def test_link(text, scheme, address, flavor):
@@ -61,10 +61,10 @@ def test_links_that_others_can_reach(text, local):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("nonsense", "not SCHEME://ADDRESS[:PORT]?flavour=FLAVOR, such as udpin://127.0.0.1:14551"),
+        ("nonsense", "not SCHEME://ADDRESS[:PORT]?flavor=FLAVOR, such as udpin://127.0.0.1:14551"),
         ("", "not SCHEME:"),
         ("udpout:127.0.0.1:14550", "not SCHEME://"),
-        ("serial://", "not SCHEME://ADDRESS[:PORT]?flavour=FLAVOR, such as serial:///dev/ttyUSB0"),
+        ("serial://", "not SCHEME://ADDRESS[:PORT]?flavor=FLAVOR, such as serial:///dev/ttyUSB0"),
         ("http://127.0.0.1", "'http' is not a scheme (known: udpin, udpout, udpbcast, tcpin, tcpout, serial)"),
         ("tcp:127.0.0.1:14550:px4", "'tcp' is not a scheme (did you mean 'tcpin'?)"),
         ("udpinn:127.0.0.1:14550:px4", "'udpinn' is not a scheme (did you mean 'udpin'?)"),
@@ -80,15 +80,15 @@ def test_links_that_others_can_reach(text, local):
         ("udpin:127.0.0.1:0:px4", "'0' is not a port"),
         ("udpin://127.0.0.1:65536", "'65536' is not a port"),
         ("udpin:127.0.0.1:x:px4", "'x' is not a port"),
-        ("udpin://127.0.0.1:?flavour=px4", "'' is not a port"),
+        ("udpin://127.0.0.1:?flavor=px4", "'' is not a port"),
         ("udpin:127.0.0.1:14550:dune", "'dune' is not a flavor (known: ardupilot, px4, generic)"),
         ("udpin:127.0.0.1:14550:ardupilt", "'ardupilt' is not a flavor (did you mean 'ardupilot'?)"),
-        ("udpin://?flavour=px5", "'px5' is not a flavor (did you mean 'px4'?)"),
-        ("udpin://?flavuor=px4", "'flavuor' is not an option of this link (did you mean 'flavour'?)"),
+        ("udpin://?flavor=px5", "'px5' is not a flavor (did you mean 'px4'?)"),
+        ("udpin://?flavuor=px4", "'flavuor' is not an option of this link (did you mean 'flavor'?)"),
         ("udpin://?baud=9600", "'baud' is not an option of this link"),
         ("udpin://?rates=lo", "'lo' is not a choice of 'rates' (did you mean 'low'?)"),
         ("udpin://?rates=low&rates=low", "'rates' is given twice"),
-        ("udpin://?flavour", "'flavour' has no value"),
+        ("udpin://?flavor", "'flavor' has no value"),
         ("serial:///dev/ttyUSB0?baud=fast", "'fast' is not a baud rate"),
         ("serial:///dev/ttyUSB0?baud=0", "'0' is not a baud rate"),
         ("udpin://?key=mavlink.key", "'key' is not a whole path, such as /etc/shoal/mavlink.key"),
@@ -105,5 +105,13 @@ def test_bad_links_say_why(text, reason):
 def test_a_key_in_place_of_its_file_is_not_repeated():
     key = "0123456789abcdef" * 4
     with pytest.raises(ValueError, match="is the path of a file that holds the key") as caught:
-        parse_link_url(f"udpin://?flavour=px4&key={key}")
+        parse_link_url(f"udpin://?flavor=px4&key={key}")
     assert "0123" not in str(caught.value)
+
+
+def test_the_british_flavour_works_and_is_reported_as_deprecated():
+    old, new = parse_link_url("udpin://?flavour=px4"), parse_link_url("udpin://?flavor=px4")
+    assert (old.flavor, new.deprecation) == (new.flavor, "")
+    assert old.deprecation == "flavour is deprecated: write flavor"
+    with pytest.raises(ValueError, match="'flavor' is given twice"):
+        parse_link_url("udpin://?flavor=px4&flavour=px4")

@@ -1,18 +1,18 @@
 """The links of a vehicle to ground stations: their peers, telemetry and requests."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import get_args
 
 import imc
 from imc.discovery import Service
-from mavlink import KINDS, SYSTEMS, ReceivedMessage
+from mavlink import KINDS, SYSTEMS, ReceivedMessage, parse_link_url
 from mavlink.vehicle import SOON, UNLISTED, LinkTraits, Session, ShownMessages, VehicleEndpoint
 from mavlink.vehicle.camera import parse_video
 from mavlink.vehicle.command import ACTIONS, parse_button, parse_light
 from mavlink.vehicle.telemetry import STREAMS, NamedValue, parse_named_value
-from runtime import Task, consume, param, periodic
+from runtime import ConfigWarning, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.profile import listed_consoles
@@ -24,7 +24,7 @@ from tasks.transports.mavlink_links.signing_keys import SigningKeys, parse_check
 from tasks.transports.mavlink_links.telemetry_log import TelemetryLogs
 
 Offered = imc.AnnounceService.ServiceType
-LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavour=px4", "udpin://127.0.0.1:14551"]
+LINKS = ["udpout://127.0.0.1:14550", "udpout://127.0.0.1:14540?flavor=px4", "udpin://127.0.0.1:14551"]
 
 
 class GroundLinksTask(Task):
@@ -39,7 +39,7 @@ class GroundLinksTask(Task):
     links: list[str] = param(
         LINKS,
         "",
-        "Links, SCHEME://ADDRESS[:PORT]?flavour=..&rates=..&key=..; udpin and tcpin wait for stations, udpout, "
+        "Links, SCHEME://ADDRESS[:PORT]?flavor=..&rates=..&key=..; udpin and tcpin wait for stations, udpout, "
         "udpbcast and tcpout call them, serial:///dev/ttyUSB0?baud=57600 is a line.",
         editable=False,
         usable=parse_checked_link_url,
@@ -131,6 +131,11 @@ class GroundLinksTask(Task):
             name: getattr(self, stream.rate) if isinstance(stream.rate, str) else stream.rate
             for name, stream in STREAMS.items()
         }
+
+    def configuration_warnings(self) -> Iterator[ConfigWarning]:
+        for link in map(parse_link_url, self.links):
+            if link.deprecation:
+                yield ConfigWarning("Links", f"{link.text}: {link.deprecation}")
 
     def start(self) -> None:
         self._resources = ExitStack()

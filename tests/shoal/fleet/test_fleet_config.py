@@ -129,7 +129,7 @@ def test_only_ports_at_which_a_vehicle_listens_are_moved() -> None:
     ("link", "moved"),
     [
         ("udpin:127.0.0.1:14551:px4", "udpin:127.0.0.1:14571:px4"),
-        ("udpin://127.0.0.1:14551?flavour=px4", "udpin://127.0.0.1:14571?flavour=px4"),
+        ("udpin://127.0.0.1:14551?flavor=px4", "udpin://127.0.0.1:14571?flavor=px4"),
         ("tcpin://", "tcpin://:5780"),
         ("tcpin://[::1]?key=/etc/key", "tcpin://[::1]:5780?key=/etc/key"),
         ("udpin://:14550", "udpin://:14570"),

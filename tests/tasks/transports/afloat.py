@@ -38,7 +38,7 @@ def shipped_options(loaded):
 class Afloat:
     """A shipped vehicle, by default the AUV, in virtual time, with a link for stations at `port`."""
 
-    def __init__(self, folder, link="udpin://127.0.0.1:{port}?flavour=px4", profile="lauv-noptilus-1", **options):
+    def __init__(self, folder, link="udpin://127.0.0.1:{port}?flavor=px4", profile="lauv-noptilus-1", **options):
         earlier(folder, profile)
         loaded = load_profile(profile, overrides=["Plan.Autostart:Enabled=Never"])
         options = {**shipped_options(loaded), **options}

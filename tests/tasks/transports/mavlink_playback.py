@@ -38,7 +38,7 @@ def show(log, script, *tasks, seconds=600.0, flavor="ardupilot", log_root=None, 
         done.append(True)
         control.task.vehicle.stop()
 
-    link = f"udpout://{HOST}:{station.port}?flavour={flavor}"
+    link = f"udpout://{HOST}:{station.port}?flavor={flavor}"
     both = [(Replay, {"load_at_start": str(log), **values}), (MAVLinkReplay, {"links": [link]})]
     try:
         run = simulate([*both, *tasks], seconds=seconds, script=through, log_root=log_root, **SYSTEM)

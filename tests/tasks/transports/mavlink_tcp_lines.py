@@ -56,7 +56,7 @@ class ConnectedVehicle:
             state_folder=folder / "db",
         ).vehicle
         kind = {"hexa-00": "hexacopter", "otter": "boat"}.get(profile, "submarine")
-        links = [f"tcpin://{HOST}:{self.port}?flavour=px4"]
+        links = [f"tcpin://{HOST}:{self.port}?flavor=px4"]
         self.vehicle.add(MAVLink, "Transports.MAVLink", links=links, vehicle_kind=kind, **options)
         self.log_book, self.replies, self.lines = [], [], []
         self.vehicle.start()

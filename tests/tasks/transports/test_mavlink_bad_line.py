@@ -72,7 +72,7 @@ def afloat(profile, clock, flavor, folder):
     """A shipped vehicle, and the port at which a station hears it over a bad line."""
     port = free_port()
     with Lossy(port, loss=LOSS) as line:
-        links = f"Transports.MAVLink:Links=udpout://127.0.0.1:{line.port}?flavour={flavor}"
+        links = f"Transports.MAVLink:Links=udpout://127.0.0.1:{line.port}?flavor={flavor}"
         alone = [setting for setting in ALONE if "MAVLink" not in setting]
         overrides = [links, "Plan.Autostart:Enabled=Never", *alone]
         made = prepare(profile, clock=clock, overrides=overrides, log_root=folder, state_folder=folder / "db")

@@ -56,7 +56,7 @@ class Surveyor(Task):
 
 
 @contextlib.contextmanager
-def afloat(flavor, link="udpout://127.0.0.1:{port}?flavour={flavor}"):
+def afloat(flavor, link="udpout://127.0.0.1:{port}?flavor={flavor}"):
     """A vehicle in its own thread, its task Surveyor, and the port of its link."""
     port = free_port()
     vehicle = Vehicle("lauv-noptilus-1", 0x1A, clock=WallClock(), profile=NoProfile())

@@ -53,7 +53,7 @@ def test_a_ground_station_that_is_not_listed_sees_everything_and_commands_nothin
     port = free_port()
     settings = [
         *("--set", "Transports.MAVLink:Enabled=Always"),
-        *("--set", f"Transports.MAVLink:Links=udpin://127.0.0.1:{port}?flavour=ardupilot"),
+        *("--set", f"Transports.MAVLink:Links=udpin://127.0.0.1:{port}?flavor=ardupilot"),
         *("--set", "General:Consoles=0x4101, mavlink:250@127.0.0.1, mavlink:251@10.0.0.5"),
     ]
     with running(tmp_path, *settings) as vehicle:

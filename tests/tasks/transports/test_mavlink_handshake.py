@@ -127,7 +127,7 @@ def connect_as_qgroundcontrol(client):
 
 @pytest.fixture(params=["px4", "ardupilot"])
 def afloat(request, tmp_path):
-    found = Afloat(tmp_path, f"tcpin://127.0.0.1:{{port}}?flavour={request.param}")
+    found = Afloat(tmp_path, f"tcpin://127.0.0.1:{{port}}?flavor={request.param}")
     yield found
     found.vehicle.close()
 

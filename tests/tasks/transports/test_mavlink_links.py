@@ -151,7 +151,7 @@ def test_stations_connect_by_tcp():
         assert task.entity.state is State.NORMAL
 
     port = free_port()
-    run = sail(script, f"tcpin://{HOST}:{port}?flavour=px4", clock=ScaledClock(FAST))
+    run = sail(script, f"tcpin://{HOST}:{port}?flavor=px4", clock=ScaledClock(FAST))
     assert told(run) == []
 
 

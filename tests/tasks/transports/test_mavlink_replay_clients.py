@@ -45,7 +45,7 @@ def heard(station, name, where=lambda message: True):
 
 @pytest.mark.heavy
 def test_pymavlink_sees_a_log_of_dune_and_moves_the_replay():
-    with replaying(DUNE, "?flavour=ardupilot", "--clock", "2x") as port:
+    with replaying(DUNE, "?flavor=ardupilot", "--clock", "2x") as port:
         station = mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}")
         with contextlib.closing(station):
             assert heard(station, "HEARTBEAT").type == mavutil.mavlink.MAV_TYPE_SUBMARINE
@@ -119,7 +119,7 @@ asyncio.run(main())
 @pytest.mark.heavy
 def test_mavsdk_sees_a_dive_and_may_command_nothing(tmp_path):
     log = record(tmp_path, "lauv-noptilus-1", 60.0)
-    with replaying(log, "?flavour=px4", "--from", "10") as port:
+    with replaying(log, "?flavor=px4", "--from", "10") as port:
         done = subprocess.run(
             [sys.executable, "-c", MAVSDK, str(port)], capture_output=True, text=True, timeout=2 * PATIENCE, check=False
         )

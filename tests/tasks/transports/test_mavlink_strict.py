@@ -133,7 +133,7 @@ def test_everything_gets_through_a_bad_line(afloat, seed):
 @pytest.mark.parametrize("flavor", ["px4", "ardupilot"])
 @pytest.mark.parametrize("profile", HEIGHTS)
 def test_each_shipped_vehicle_satisfies_a_strict_station(profile, flavor, trouble, tmp_path):
-    found = Afloat(tmp_path, f"udpin://127.0.0.1:{{port}}?flavour={flavor}", profile)
+    found = Afloat(tmp_path, f"udpin://127.0.0.1:{{port}}?flavor={flavor}", profile)
     try:
         peer, items = found.peer(**trouble), mission(profile, flavor)
         table = found.task.endpoint.parameters
@@ -173,7 +173,7 @@ def test_a_multirotor_that_was_paused_before_it_had_left_the_ground_takes_off_wh
 @pytest.mark.heavy
 def test_everything_gets_through_in_real_time(tmp_path):
     port = free_port()
-    overrides = [f"Transports.MAVLink:Links=udpin://127.0.0.1:{port}?flavour=px4", "Plan.Autostart:Enabled=Never"]
+    overrides = [f"Transports.MAVLink:Links=udpin://127.0.0.1:{port}?flavor=px4", "Plan.Autostart:Enabled=Never"]
     folders = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
     earlier(tmp_path)
     vehicle = prepare("lauv-noptilus-1", clock="2x", overrides=overrides, **folders).vehicle
