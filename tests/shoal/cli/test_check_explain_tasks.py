@@ -48,6 +48,14 @@ def test_check_is_strict_where_asked(shoal, tmp_path):
     assert shoal("check", "mine", "--strict").exit_code == 1
 
 
+def test_a_deprecated_option_of_a_link_is_listed_with_its_line(shoal, tmp_path):
+    link = "udpin://127.0.0.1:14551?flavour=px4"
+    (tmp_path / "mine.ini").write_text(f"[Require lauv-noptilus-1.ini]\n[Transports.MAVLink]\nLinks = {link}\n")
+    result = shoal("check", "mine", "-p", "Simulation")
+    assert result.exit_code == 0
+    assert "mine.ini:3: warning: [Transports.MAVLink] udpin://127.0.0.1:14551: flavour is deprecated" in result.output
+
+
 def test_a_module_that_cannot_be_imported_is_named_with_its_line(shoal, tmp_path):
     (tmp_path / "broken_module.py").write_text("import nothing_like_it\n")
     (tmp_path / "mine.ini").write_text("[General]\nVehicle = mine\n\n[broken_module.Task]\nEnabled = Always\n")
