@@ -58,7 +58,7 @@ class VerticalSpeedEstimator:
         self._filter.position[0] = -height
         self._response.reset()
         self._lag.start(height, self._rest_bias)
-        self._heard, self._witness_reference, self._off_by_gps = -math.inf, math.nan, 0.0
+        self._received_at, self._witness_reference, self._off_by_gps = -math.inf, math.nan, 0.0
         self._unexplained, self._stood = -math.inf, 0.0
         self._fix_before, self._sinks = math.nan, 0.0  # m, m/s downward by GPS
         self._gate = JumpGate(JUMPS, AGREEMENT)
@@ -188,18 +188,18 @@ class VerticalSpeedEstimator:
     def _take_gps_height(self, now: float, height: float) -> None:
         """Keep means by which heights (m) from GPS judge the barometer, and the speed where there is none."""
         sunk, self._fix_before = self._fix_before - height, height
-        if 0.0 < (dt := now - self._heard) <= FRESH and abs(sunk) <= LARGEST_STEP:
+        if 0.0 < (dt := now - self._received_at) <= FRESH and abs(sunk) <= LARGEST_STEP:
             self._sinks += RATE_SHARE * (sunk / dt - self._sinks)
             if not self._known and self._sinks < min(-CLIMBS, self._filter.velocity[0] - RATE_APART):
                 self._filter.velocity[0] = self._sinks
         above = height + self._lag.filter.position[0]
-        if now - self._heard > FRESH or not abs(above - self._witness_reference) <= LARGEST_STEP:
+        if now - self._received_at > FRESH or not abs(above - self._witness_reference) <= LARGEST_STEP:
             self._witness_reference, self._off_by_gps = above, 0.0
         off = self._witness_reference - above
         if self._known:
             self._witness_reference -= WITNESS_REFERENCE_SHARE * off
         self._off_by_gps += WITNESS_SHARE * (off - self._off_by_gps)
-        self._heard = now
+        self._received_at = now
 
     def _possible_bias(self, bias: float) -> float:
         """A bias (m/s²) as far from that at rest as an accelerometer's may get; more comes from wrong heights."""
@@ -225,7 +225,7 @@ class VerticalSpeedEstimator:
             self._ground -= off  # the pressure has changed, not the height of the vehicle
             down, self._useless = state.position[0], abs(off) > LARGEST_JUMP
         slow = self._lag.filter
-        by_gps = slow.position[0] + self._off_by_gps if now - self._heard <= FRESH else None
+        by_gps = slow.position[0] + self._off_by_gps if now - self._received_at <= FRESH else None
         self._lag.correct(dt, down, by_gps)
         if self._lag.contradicts:
             self._useless, self._pressed = True, -math.inf
@@ -265,7 +265,7 @@ class VerticalSpeedEstimator:
 
     def highest(self, now: float) -> float:
         """The largest height (m) that barometer, accelerometer or GPS shows; 0 if none does."""
-        by_gps = -self._off_by_gps - self._lag.filter.position[0] if now - self._heard <= FRESH else 0.0
+        by_gps = -self._off_by_gps - self._lag.filter.position[0] if now - self._received_at <= FRESH else 0.0
         return max(by_gps, self.height if self.has_speed(now) else 0.0)
 
     def contradicts(self, now: float, dt: float, height: float, speed: float) -> bool:

@@ -35,11 +35,11 @@ class SensorHealth:
     def __init__(self, show: Show) -> None:
         self._show = show
         self._navigation = State.NORMAL, "active"
-        self._told = False
+        self._is_reported = False
 
     def receive(self, values: Mapping[str, int]) -> None:
         """Take SYS_STATUS."""
-        self._told = True
+        self._is_reported = True
         for label in HEALTH:
             state, words = sensor_state(label, values)
             if label == NAVIGATION:
@@ -57,8 +57,8 @@ class SensorHealth:
 
     def expire(self) -> None:
         """SYS_STATUS does not come any more: its content is outdated."""
-        if self._told:
-            self._told = False
+        if self._is_reported:
+            self._is_reported = False
             for label in HEALTH:
                 if label != NAVIGATION:
                     self._show(label, State.ERROR, "the autopilot does not report its health")

@@ -86,18 +86,18 @@ class Telemetry:
             time = self.clock.time(count / 1e3, now)
         if name == "ATTITUDE":  # a better comparison of the clocks does not set states back
             time = self._latest = max(time, min(now, self._latest + LEAST_STEP))
-        for label, said in self._translator.translate(message, time):
-            if isinstance(said, SILENT_KINDS):
+        for label, translated in self._translator.translate(message, time):
+            if isinstance(translated, SILENT_KINDS):
                 continue
-            if not is_valid_message(said):
+            if not is_valid_message(translated):
                 self.invalid += 1
-            elif isinstance(said, imc.GpsFix):
-                yield label, self._above_ellipsoid(said, values)
-            elif not isinstance(said, imc.EstimatedState):
-                yield label, said
+            elif isinstance(translated, imc.GpsFix):
+                yield label, self._above_ellipsoid(translated, values)
+            elif not isinstance(translated, imc.EstimatedState):
+                yield label, translated
             elif not self.is_message_overdue("GLOBAL_POSITION_INT"):
                 self._received_at[STATE] = now
-                yield label, self._placed(said)
+                yield label, self._placed(translated)
 
     def _note_place(self, values: Mapping[str, int]) -> bool:
         if abs(values["lat"]) > LARGEST_LAT or abs(values["lon"]) > LARGEST_LON:

@@ -19,7 +19,7 @@ class IdConflicts:
         self._system = system
         self._components = components
         self._warn = warn
-        self._heard: dict[str, float] = {}
+        self._received_at: dict[str, float] = {}
 
     def receive(self, message: ReceivedMessage, sender: str, now: float) -> None:
         """Take a frame; another component of the same vehicle, such as a companion computer, has its id with right."""
@@ -37,16 +37,16 @@ class IdConflicts:
 
     def note_conflict(self, twin: str, now: float) -> None:
         """Take a system that has the same id."""
-        if twin not in self._heard:
-            if len(self._heard) < MOST:
+        if twin not in self._received_at:
+            if len(self._received_at) < MOST:
                 self._warn(self._words(twin))
             else:
-                del self._heard[min(self._heard, key=self._heard.__getitem__)]
-        self._heard[twin] = now
+                del self._received_at[min(self._received_at, key=self._received_at.__getitem__)]
+        self._received_at[twin] = now
 
     def trouble(self, now: float) -> str:
         """Present conflict; empty without one."""
-        fresh = [twin for twin, heard in self._heard.items() if now - heard < FRESH]
+        fresh = [twin for twin, heard in self._received_at.items() if now - heard < FRESH]
         if not fresh:
             return ""
         return self._words(list_first(fresh, NAMED))

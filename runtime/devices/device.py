@@ -87,7 +87,7 @@ class Device:
         self._outgoing = bytearray()
         self._flushing = self._closed = self._paused = self._connecting = False
         self._backoff = Backoff(FIRST_RETRY, LAST_RETRY)
-        self._told = ""
+        self._reported = ""
         self._logged = ReportLimit(LOG_PERIOD)
         self._heard_at = 0
         self._second, self._pieces, self._bytes, self._work = 0, 0, 0, 0
@@ -162,8 +162,8 @@ class Device:
             self._splitter.reset(midway=True)  # the rest of that piece was lost
         self._heard_at = now
         self._backoff.reset()
-        if self._told:
-            self._told = ""
+        if self._reported:
+            self._reported = ""
             self._log.info(f"{self.name} sends again")
         if now - self._second >= SECOND:
             self._second, self._pieces, self._bytes, self._work = now, 0, 0, 0
@@ -277,8 +277,8 @@ class Device:
         self._trouble(named)
         if self._closed:
             return
-        if text != self._told and self._logged.is_due(text, self._owner.now_ns):
-            self._told = text
+        if text != self._reported and self._logged.is_due(text, self._owner.now_ns):
+            self._reported = text
             self._log.error(named)
 
     def _drop(self) -> None:

@@ -49,9 +49,9 @@ class PublishInterceptor:
             return type(task).publish(task, message)
         speaker = (entity or task.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
         message = message.replace(src_ent=speaker)
-        heard = self._spoilt(message)
-        if isinstance(heard, imc.Message):
-            return type(task).publish(task, heard, keep_time=keep_time)
+        published = self._spoilt(message)
+        if isinstance(published, imc.Message):
+            return type(task).publish(task, published, keep_time=keep_time)
         timestamp = message.timestamp if keep_time else task.now
         source = task.system if message.src == UNKNOWN_SYSTEM else message.src
         return task.vehicle.bus.decode(
@@ -59,18 +59,18 @@ class PublishInterceptor:
         )
 
     def _publish_frame(self, frame: Frame) -> None:
-        heard = self._spoilt(frame)
-        if isinstance(heard, Frame):
-            type(self.task).publish_frame(self.task, heard)
+        published = self._spoilt(frame)
+        if isinstance(published, Frame):
+            type(self.task).publish_frame(self.task, published)
 
     def _spoilt(self, item: Item) -> Item | None:
-        heard: Item | None = item
+        published: Item | None = item
         for spoil in self.filters:
-            before, heard = heard, spoil(heard)
-            if heard is not before:
+            before, published = published, spoil(published)
+            if published is not before:
                 self.acted.add(id(spoil))
-            if heard is None:
+            if published is None:
                 break
         if self.keeps_last:
             self.last[self.sensor_key(item)] = item
-        return heard
+        return published

@@ -139,7 +139,7 @@ class Script:
         Raises TimeoutError after `timeout` seconds.
         """
 
-        def heard(message: M) -> None:
+        def deliver(message: M) -> None:
             if subscription not in self._subscriptions:
                 return
             try:
@@ -150,7 +150,7 @@ class Script:
                 if wanted:
                     self.resume(message)
 
-        subscription = Subscription(kind, heard, self, others)
+        subscription = Subscription(kind, deliver, self, others)
         self._subscriptions.append(subscription)
         self.bus.subscribe(subscription)
         return await self.pause(timeout, f"no {kind.__name__} within {timeout or 0.0:g} s")

@@ -106,7 +106,7 @@ class Vehicle:
         self.running: set[str] = set()
         self.failures: dict[str, Backoff] = {}
         self._error: Exception | None = None
-        self._told = False
+        self._is_reported = False
         self._starting = False
         self.journals: InputJournals | None = None
         self.attribute_error: Callable[[object, Exception], Exception] = lambda _, error: error
@@ -222,8 +222,8 @@ class Vehicle:
             if self.fleet is None:
                 self.kernel.close()
         try:
-            if self._error is not None and not self._told and not self.keep_going:
-                self._told = True
+            if self._error is not None and not self._is_reported and not self.keep_going:
+                self._is_reported = True
                 raise self._error
         finally:
             if self.fleet is not None:
@@ -333,7 +333,7 @@ class Vehicle:
             if error is not self._error:
                 place = f"{self.name}, {owner_title(owner)}" if self.fleet is not None else owner_title(owner)
                 error.add_note(f"in {place} at {self.kernel.now_ns / SECOND - self.start_time:.3f} s of the run")
-            self._error, self._told = self.attribute_error(owner, error), True
+            self._error, self._is_reported = self.attribute_error(owner, error), True
             raise self._error
         if not isinstance(owner, Task):
             logger.error("%s: %s", owner_title(owner), "".join(traceback.format_exception(error)))

@@ -19,7 +19,7 @@ class ErrorCounter:
         self.total = 0
         self._what = what
         self._report = report
-        self._told = 0
+        self._reported = 0
         self._limit, self._last = ReportLimit(REPORT_PERIOD), 0.0
         self._lock = threading.Lock()
 
@@ -43,5 +43,5 @@ class ErrorCounter:
             report(f"{whose}: {text}, the last {ago:.1f} s before the end, beside those in the log book")
 
     def _untold(self) -> str:
-        number, self._told = self.total - self._told, self.total
+        number, self._reported = self.total - self._reported, self.total
         return f"{number} packets {self._what}" if number else ""

@@ -46,7 +46,7 @@ class NumberedPublisher:
     publisher puts all, since zenoh may not have found its receivers yet. With `always` receivers are not checked.
     """
 
-    __slots__ = ("_heard", "_listener", "_number", "_put", "_source", "_stamp", "_trusted")
+    __slots__ = ("_has_receivers", "_listener", "_number", "_put", "_source", "_stamp", "_trusted")
 
     def __init__(self, publisher: "zenoh.Publisher", *, always: bool = False) -> None:
         import zenoh
@@ -55,7 +55,7 @@ class NumberedPublisher:
         self._source = publisher.id
         self._stamp = zenoh.SourceInfo
         self._number = 0
-        self._heard = always
+        self._has_receivers = always
         self._trusted = time.monotonic() + SETTLING
         if not always:
             listen: Any = publisher.declare_matching_listener
@@ -63,12 +63,12 @@ class NumberedPublisher:
 
     def put(self, packet: bytes) -> None:
         self._number = (self._number + 1) & 0xFFFFFFFF
-        if self._heard or time.monotonic() < self._trusted:
+        if self._has_receivers or time.monotonic() < self._trusted:
             self._put(packet, source_info=self._stamp(self._source, self._number))
 
     def _note(self, status: "zenoh.MatchingStatus") -> None:
         """Note whether the packets have receivers; called from zenoh's thread."""
-        self._heard = status.matching
+        self._has_receivers = status.matching
 
 
 class Publishers:

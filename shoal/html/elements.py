@@ -12,8 +12,8 @@ LONGEST_TEXT = 400  # characters
 
 def html_section(title: str, content: str, words: str = "") -> str:
     """A part of the page with a title and some words, nothing without content."""
-    told = f'<p class="none">{escape_text(words)}</p>' if words else ""
-    return f"<section><h2>{escape_text(title)}</h2>{told}{content}</section>" if content else ""
+    note = f'<p class="none">{escape_text(words)}</p>' if words else ""
+    return f"<section><h2>{escape_text(title)}</h2>{note}{content}</section>" if content else ""
 
 
 def html_table(

@@ -61,8 +61,8 @@ class ConsoleIdentity(NamedTuple):
 
     def announcement(self, services: Iterable[Service]) -> imc.Announce:
         """The Announce of this console."""
-        told = Services.from_system_info(services, uid=self.uid, imc=imc.builtin().version)
-        return imc.Announce(sys_name=self.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(told))
+        own_services = Services.from_system_info(services, uid=self.uid, imc=imc.builtin().version)
+        return imc.Announce(sys_name=self.name, sys_type=imc.SystemType.CCU, owner=0xFFFF, services=str(own_services))
 
     def naming_packet(self, network: str) -> bytes:
         """An Announce to systems of a network on which we take packets where they come from."""

@@ -31,11 +31,11 @@ def logged_frames(schema: imc.Schema, packets: Iterable[tuple[int, bytes]]) -> d
     """
     found: dict[int, list[LoggedFrame]] = {}
     for published, packet in packets:
-        said = schema.decode(packet)
-        time, index = getattr(said, "time", math.nan), getattr(said, "index", -1)
+        message = schema.decode(packet)
+        time, index = getattr(message, "time", math.nan), getattr(message, "index", -1)
         if index >= 0 and 0.0 <= published / SECOND - time < LONGEST:
             late = published - nanoseconds(time)
-            found.setdefault(said.src_ent, []).append(LoggedFrame(nanoseconds(time), index, max(0, late) / SECOND))
+            found.setdefault(message.src_ent, []).append(LoggedFrame(nanoseconds(time), index, max(0, late) / SECOND))
     return {entity: deque(sorted(taken)) for entity, taken in found.items()}
 
 
@@ -48,10 +48,10 @@ def logged_optics(
     """
     found: dict[tuple[int, float], tuple[float, ...]] = {}
     for _, packet in packets:
-        said = schema.decode(packet)
-        told = tuple(getattr(said, name, math.nan) for name in OPTICS)
-        if all(map(math.isfinite, told)):
-            found[said.src_ent, getattr(said, "time", math.nan)] = told
+        message = schema.decode(packet)
+        optics = tuple(getattr(message, name, math.nan) for name in OPTICS)
+        if all(map(math.isfinite, optics)):
+            found[message.src_ent, getattr(message, "time", math.nan)] = optics
     return found
 
 

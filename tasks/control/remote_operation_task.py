@@ -41,7 +41,7 @@ class RemoteActionsTask(Task):
     def start(self) -> None:
         self._loops = EnabledLoops(Loops.TELEOPERATION)
         self._operator = RemoteActionsReader()
-        self._heard = self._located = -math.inf
+        self._received_at = self._located = -math.inf
         self._state: imc.EstimatedState | None = None
         self._release()
         self.publish(imc.RemoteActionsRequest(op=imc.RemoteActionsRequest.Op.REPORT, actions=self._offer))
@@ -63,7 +63,7 @@ class RemoteActionsTask(Task):
             return
         if self._loops.mask:
             self._release()
-            self._heard = self.now
+            self._received_at = self.now
             self._enabled = int(self.loops)
             self._switch(Enable.ENABLE, self._enabled)
             self.set_entity_state(State.NORMAL, "active")
@@ -83,7 +83,7 @@ class RemoteActionsTask(Task):
             return
         if self._operator.source not in (None, actions.src):
             return
-        self._heard = self.now
+        self._received_at = self.now
         pressed, wrong = self._operator.receive(actions.actions)
         if wrong:
             self.log.warning(f"remote actions are not numbers: {', '.join(wrong)}")
@@ -116,7 +116,7 @@ class RemoteActionsTask(Task):
 
     def _lost(self) -> str:
         """The input that has been missing for too long; empty if none."""
-        if self.age(self._heard) > self.connection_timeout:
+        if self.age(self._received_at) > self.connection_timeout:
             return f"no remote action for {self.connection_timeout:g} s"
         if self.age(self._located) > self.state_timeout:
             return f"no EstimatedState for {self.state_timeout:g} s"

@@ -49,14 +49,14 @@ class Dislodge(Maneuver):
 
     async def _rises(self, began: float, until: float) -> bool:
         """Wait until a time (s); True as soon as the vehicle is free."""
-        told = self.now
+        reported = self.now
         self.report_progress()
         while self.now < until:
             await self.next_message()
             depth = self.state.depth if self.state is not None else began
             if depth <= max(SURFACE, began - self.minimum_distance):
                 return True
-            if self.now - told >= 1.0:
-                told = self.now
+            if self.now - reported >= 1.0:
+                reported = self.now
                 self.report_progress()
         return False

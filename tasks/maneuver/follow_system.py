@@ -62,16 +62,16 @@ class FollowSystem(Maneuver):
         self._seen: _Sighting | None = None
         self._mark: tuple[float, float] | None = None  # where the course over ground begins
         self._rejected = ReportLimit()
-        began = heard = self.now
+        began = received = self.now
         end = began + order.duration if order.duration else math.inf
         await self.wait_for_state()
         while self.now < end:
-            if self.age(heard) > self.timeout:
+            if self.age(received) > self.timeout:
                 raise ManeuverError(f"no position of {self._name()} for {self.timeout:g} s")
             event = await self.next_message()
             if isinstance(event, imc.Announce | imc.RemoteState):
                 if (sighting := self._sight(event)) is not None:
-                    heard = self.now
+                    received = self.now
                     self._follow(sighting)
             elif event is self.path:
                 self.report_progress(end - self.now)

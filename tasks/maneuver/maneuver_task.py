@@ -96,7 +96,7 @@ class Maneuver(Task):
             self._scope = self._path_ref = 0
             self._enabled: int | None = 0
         self._script: Script | None = None
-        self._said, self._said_at = imc.ManeuverControlState(state=Phase.STOPPED), self.now
+        self._last_state, self._last_state_at = imc.ManeuverControlState(state=Phase.STOPPED), self.now
         self._missed: list[str] = []
         self.publish(imc.RegisterManeuver(mid=self.message_type().ID))
         self.set_entity_state(State.NORMAL, "idle")
@@ -111,8 +111,8 @@ class Maneuver(Task):
     @periodic(1.0)
     def repeat_report(self) -> None:
         """Repeat the last report if there is no new one: silence counts as a failure."""
-        if self._said.state == Phase.EXECUTING and self.now - self._said_at >= SILENCE:
-            self._publish_phase(Phase.EXECUTING, self._said.eta, self._said.info)
+        if self._last_state.state == Phase.EXECUTING and self.now - self._last_state_at >= SILENCE:
+            self._publish_phase(Phase.EXECUTING, self._last_state.eta, self._last_state.info)
 
     @consume
     def record_enabled_loops(self, loops: imc.ControlLoops) -> None:
@@ -269,8 +269,8 @@ class Maneuver(Task):
         self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._scope))
 
     def _publish_phase(self, phase: Phase, eta: int = 0, info: str = "") -> None:
-        self._said, self._said_at = imc.ManeuverControlState(state=phase, eta=eta, info=info), self.now
-        self.publish(self._said)
+        self._last_state, self._last_state_at = imc.ManeuverControlState(state=phase, eta=eta, info=info), self.now
+        self.publish(self._last_state)
 
 
 def missed_depths_text(missed: Sequence[str]) -> str:

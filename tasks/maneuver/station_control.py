@@ -60,7 +60,7 @@ async def keep_station(
             pass
         circling.report_missed_circle(leg, radius)
         return
-    end, arrived, told, chosen = math.inf, False, -math.inf, -math.inf
+    end, arrived, reported, chosen = math.inf, False, -math.inf, -math.inf
 
     def slow_down() -> None:
         nonlocal chosen
@@ -71,15 +71,15 @@ async def keep_station(
 
     async def wait() -> bool:
         """Wait for the next message and report the time left; True if the time is over."""
-        nonlocal told
+        nonlocal reported
         event = await maneuver.next_message()
         if isinstance(event, imc.ManeuverDone):
             raise Completed
         if seconds and not arrived:
             if event is maneuver.path:
                 maneuver.report_time_left(after=seconds)
-        elif maneuver.now - told >= 1.0:
-            told = maneuver.now
+        elif maneuver.now - reported >= 1.0:
+            reported = maneuver.now
             maneuver.report_progress(end - maneuver.now if seconds else math.inf)
         over = maneuver.now >= end
         if over and (away := maneuver.range_to(leg)) > NEAR * radius:

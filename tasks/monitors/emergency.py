@@ -74,7 +74,7 @@ class Emergency(Task):
         self._fuel = self._confidence = self._voltage = -1.0
         self._mode = self._medium = -1
         self._plan: imc.PlanControlState | None = None
-        self._heard = self.now
+        self._received_at = self.now
         self._aborted = self._answered = self._reported = -math.inf
         self._requests: deque[imc.ReportControl] = deque()
         self._number = 0
@@ -112,19 +112,19 @@ class Emergency(Task):
     def on_medium(self, medium: imc.VehicleMedium) -> None:
         self._medium = medium.medium
         if medium.medium == Where.UNDERWATER:
-            self._heard = self.now
+            self._received_at = self.now
 
     @consume(others=True)
     def on_heartbeat(self, beat: imc.Heartbeat) -> None:
         """Begin the time again while a console is in reach."""
         if beat.src in OPERATORS and self._consoles.may_command(beat.src):
-            self._heard = self.now
+            self._received_at = self.now
 
     @consume
     def on_links(self, links: imc.VehicleLinks) -> None:
         """Begin the time again while a ground station of another protocol is in reach."""
         if has_console(links):
-            self._heard = self.now
+            self._received_at = self.now
 
     @consume(others=True)
     def on_abort(self, abort: imc.Abort) -> None:
@@ -165,8 +165,8 @@ class Emergency(Task):
             if self._send("R", self.lost_expiration, number):
                 done = Report(op=Report.Op.REPORT_SENT, comm_interface=request.comm_interface, sys_dst=request.sys_dst)
                 self.reply(request, done)
-        if self.age(self._heard) >= self.lost_communications_timeout:
-            self._heard = self.now
+        if self.age(self._received_at) >= self.lost_communications_timeout:
+            self._received_at = self.now
             if (self.active and afloat) or (self._medium == Where.WATER and not self._in_plan()):
                 self._send("T", self.lost_expiration, self.sms_recipient_number)
 

@@ -34,7 +34,7 @@ class Entities(Task):
     def start(self) -> None:
         wanted = [ALWAYS, *self.default_monitoring, *self._hardware()]
         self._states: dict[str, Condition] = dict.fromkeys(wanted, Condition.BOOT)
-        self._heard = dict.fromkeys(wanted, self.now)
+        self._received_at = dict.fromkeys(wanted, self.now)
         self._error, self._error_time = "", -1.0
         self.set_entity_state(State.NORMAL, "active")
 
@@ -49,14 +49,14 @@ class Entities(Task):
         label = self.vehicle.entities.label(self.system, report.src_ent)
         if label not in self._states:
             return
-        self._heard[label] = self.now
+        self._received_at[label] = self.now
         if report.state <= Condition.FAILURE:
             self._change(label, Condition(report.state), report.description)
 
     @periodic(1.0)
     def publish_state(self) -> None:
         """Publish the state of all entities, once a second."""
-        for label, heard in self._heard.items():
+        for label, heard in self._received_at.items():
             if self.age(heard) > self.report_timeout:
                 self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", tell=False)
         self._publish()

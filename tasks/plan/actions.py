@@ -20,15 +20,15 @@ class ActivationTimes:
 
     def __init__(self, entities: EntityTable):
         self._entities = entities
-        self._said: dict[int, float] = {}
+        self._act_times: dict[int, float] = {}
 
     def receive(self, entity: imc.EntityInfo) -> None:
-        self._said[entity.id] = float(entity.act_time)
+        self._act_times[entity.id] = float(entity.act_time)
 
     def of(self, label: str) -> float:
         """The time (s), 0 for an unknown entity."""
         entity = self._entities.find(label)
-        return 0.0 if entity is None else self._said.get(entity.id, float(entity.activation_time))
+        return 0.0 if entity is None else self._act_times.get(entity.id, float(entity.activation_time))
 
 
 class PlanActions:

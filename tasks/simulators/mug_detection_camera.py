@@ -193,14 +193,14 @@ class MUGDetectionCamera(Task):
         for thing in world.gliders:
             draws = self._error.draw(self.random)
             spot = world.object_position(thing, self.now - self.vehicle.start_time)
-            believed = AttitudeAndHeight(*angles, self._height(state, thing))
-            if not math.isfinite(believed.height):
+            estimated_view = AttitudeAndHeight(*angles, self._height(state, thing))
+            if not math.isfinite(estimated_view.height):
                 continue
             if truth is None:
-                view, mug = believed, WorldPose(*place, state.z, angles).offset_to(spot)
+                view, mug = estimated_view, WorldPose(*place, state.z, angles).offset_to(spot)
             else:
-                view, mug = self._true_view(truth, spot, believed.height), truth.offset_to(spot)
-            seen = self._detect(view, mug, believed)
+                view, mug = self._true_view(truth, spot, estimated_view.height), truth.offset_to(spot)
+            seen = self._detect(view, mug, estimated_view)
             if seen is not None and self._is_noticed(thing, view, mug):
                 x, y = self._error.apply(seen, draws, abs(view.height), mug)
                 if math.isfinite(x) and math.isfinite(y):
@@ -214,9 +214,9 @@ class MUGDetectionCamera(Task):
         if silent > max(self.maximum_age, 1.0) and self.entity.state is not State.FAULT:
             self.set_entity_state(State.FAULT, "no recent EstimatedState")
 
-    def _true_view(self, truth: WorldPose, spot: ObjectPosition, believed_height: float) -> AttitudeAndHeight:
+    def _true_view(self, truth: WorldPose, spot: ObjectPosition, estimated_height: float) -> AttitudeAndHeight:
         """The pose of the vehicle, with its height above a glider; on an unknown bottom that is the estimated one."""
-        return AttitudeAndHeight(*truth.angles, believed_height if spot.down is None else spot.down - truth.down)
+        return AttitudeAndHeight(*truth.angles, estimated_height if spot.down is None else spot.down - truth.down)
 
     def _mount(self, roll: float, pitch: float, yaw: float) -> Floats:
         """From the optical frame to the body, (4, 4), of a camera that is turned after it looked down."""
@@ -224,12 +224,12 @@ class MUGDetectionCamera(Task):
         return optical_to_body_transform(Pose(x, y, z, roll, pitch, yaw).compose(DOWN))
 
     def _detect(
-        self, view: AttitudeAndHeight, mug: NorthEastOffset, believed: AttitudeAndHeight
+        self, view: AttitudeAndHeight, mug: NorthEastOffset, estimated_view: AttitudeAndHeight
     ) -> PlaneDetection | NorthEastOffset | None:
         if self.fidelity != "Physical":
             return locate_like_original_camera(self.camera, view, mug)
         see = detect_target if self.errors == "Covariance" else locate_target_on_plane
-        return see(self.camera, view, mug, believed, self.mounts[view.height <= 0.0])
+        return see(self.camera, view, mug, estimated_view, self.mounts[view.height <= 0.0])
 
     def _is_noticed(self, thing: WorldObject, view: AttitudeAndHeight, mug: NorthEastOffset) -> bool:
         """Whether a glider in the image is detected; no number is drawn if all are."""

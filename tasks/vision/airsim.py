@@ -183,12 +183,13 @@ class AirSim(ImageSaverTask):
             return
         if self.now < self._next:
             return
-        truth, believed, pose = self._truth.pose_at(self.now, OLDEST), self.pose_history.pose_at(self.now, OLDEST), None
+        truth, pose = self._truth.pose_at(self.now, OLDEST), None
+        estimated = self.pose_history.pose_at(self.now, OLDEST)
         if self.pose_from == SHOAL:
             if truth is None and self._truth.fault:
                 self.set_entity_state(State.FAULT, self._truth.fault)
                 return
-            pose = believed if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
+            pose = estimated if truth is None else Pose(truth.north, truth.east, truth.down, *truth.angles)
             if pose is None:
                 if self.age(max(self._stated, self._began)) > OLDEST:
                     self.set_entity_state(State.FAULT, f"no SimulatedState or EstimatedState of the last {OLDEST:g} s")
@@ -198,7 +199,7 @@ class AirSim(ImageSaverTask):
             x, y, z = self.origin
             pose = pose._replace(x=pose.x + x, y=pose.y + y, z=pose.z + z)
         self._busy = True
-        deliver = partial(self._deliver, self.now, believed, pose is None or truth is not None)
+        deliver = partial(self._deliver, self.now, estimated, pose is None or truth is not None)
         self.offload(_shoot, self._client, self._panorama, pose, then=deliver, latency=self.latency)
 
     @property
@@ -207,7 +208,7 @@ class AirSim(ImageSaverTask):
         latest = self.pose_history.latest_state
         return max(self._truth.latest_time, -math.inf if latest is None else latest.timestamp)
 
-    def _deliver(self, time: float, believed: Pose | None, is_true: bool, made: AirSimPicture | str) -> None:
+    def _deliver(self, time: float, estimated: Pose | None, is_true: bool, made: AirSimPicture | str) -> None:
         self._busy = False
         if isinstance(made, str):
             self._fail(made)
@@ -226,7 +227,7 @@ class AirSim(ImageSaverTask):
             believed = self.pose_history.pose_at(time, OLDEST)
         info = {"airsim_time": made.stamp}
         self.publish_frame(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
-        estimate = None if believed is None else believed.transform @ made.mount
+        estimate = None if estimated is None else estimated.transform @ made.mount
         self._camera = made.optics, Pose.from_transform(made.mount @ np.linalg.inv(optical_to_body_transform(Pose())))
         file = (
             self.save(time, made.image, self.picture_location_from_state(self.pose_history.latest_state))

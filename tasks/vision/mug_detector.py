@@ -125,7 +125,7 @@ class MUGDetector(Task):
         if hasattr(self, "tracker"):
             self.tracker.accuracy, self.tracker.settings = self.accuracy, self.tracker_settings
             self.pose_history.duration = DURATION + self.latency
-            self._heard = {name: time for name, time in self._heard.items() if self.camera in ("", name)}
+            self._received_at = {name: time for name, time in self._received_at.items() if self.camera in ("", name)}
         world_of(self)
 
     def start(self) -> None:
@@ -137,7 +137,7 @@ class MUGDetector(Task):
         self._busy = False
         self._held = list[tuple[FrameModel, list[ImageDetection]]]()
         self._last: dict[str, float] = {}
-        self._heard: dict[str, float] = {}
+        self._received_at: dict[str, float] = {}
         self._faults: dict[str, str] = {}
         self.set_entity_state(State.BOOT, "waiting for frames")
 
@@ -157,7 +157,7 @@ class MUGDetector(Task):
     def on_frame(self, frame: Frame) -> None:
         if self.camera and frame.camera != self.camera:
             return
-        self._heard[frame.camera] = self.now
+        self._received_at[frame.camera] = self.now
         fault = _fault(frame)
         if fault:
             self._skip(frame.camera, fault)
@@ -281,7 +281,7 @@ class MUGDetector(Task):
 
     def _report_state(self) -> None:
         for camera in list(self._faults):
-            if camera and self.age(self._heard.get(camera, -math.inf)) > SILENT:
+            if camera and self.age(self._received_at.get(camera, -math.inf)) > SILENT:
                 del self._faults[camera]
         if self._faults:
             camera, fault = next(iter(self._faults.items()))

@@ -144,9 +144,9 @@ def _values(variable: Any, x: Any, y: Any, rows: range, columns: range) -> Float
 
 
 def _positive(variable: Any) -> Positive:
-    told = _attribute(variable, "positive").lower()
-    if told in ("up", "down"):
-        return "up" if told == "up" else "down"
+    direction = _attribute(variable, "positive").lower()
+    if direction in ("up", "down"):
+        return "up" if direction == "up" else "down"
     for name in (_attribute(variable, "standard_name").lower(), str(variable.name).lower()):
         if name.startswith(DOWN):
             return "down"

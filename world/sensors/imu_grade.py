@@ -94,8 +94,8 @@ class TriadErrors:
         lean = [value for axis, row in enumerate(self.matrix) for other, value in enumerate(row) if other != axis]
         offset = ", ".join(f"{value:+.3g}" for value in self.offset)
         largest = math.degrees(max(map(abs, lean)))
-        told = f"scale {scale} %, axes off by up to {largest:.2g}°"
-        return f"{told}, offset {offset}" if any(self.offset) else told
+        text = f"scale {scale} %, axes off by up to {largest:.2g}°"
+        return f"{text}, offset {offset}" if any(self.offset) else text
 
 
 @dataclass(frozen=True, slots=True)

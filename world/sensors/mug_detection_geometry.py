@@ -50,7 +50,7 @@ def detect_target(
     camera: FieldOfViewCamera,
     view: AttitudeAndHeight,
     target: NorthEastOffset,
-    believed: AttitudeAndHeight | None = None,
+    estimated: AttitudeAndHeight | None = None,
     mount: Floats = LOOKING_DOWN,
 ) -> PlaneDetection | None:
     """Detection at the pixel of `target`, m from the vehicle; None if it is outside the image.
@@ -59,19 +59,19 @@ def detect_target(
     ground is computed with the pose that the vehicle estimates, so that its errors are those of the result.
     """
     pixel = _pixel(camera, view, target, mount)
-    return detection_at_pixel(camera, *pixel, believed or view, mount) if pixel is not None else None
+    return detection_at_pixel(camera, *pixel, estimated or view, mount) if pixel is not None else None
 
 
 def locate_target_on_plane(
     camera: FieldOfViewCamera,
     view: AttitudeAndHeight,
     target: NorthEastOffset,
-    believed: AttitudeAndHeight,
+    estimated: AttitudeAndHeight,
     mount: Floats = LOOKING_DOWN,
 ) -> NorthEastOffset | None:
     """The place (m north and east) that `detect_target` finds, without its errors."""
     pixel = _pixel(camera, view, target, mount)
-    return point_on_plane(camera, mount, believed.pose_over_plane, pixel) if pixel is not None else None
+    return point_on_plane(camera, mount, estimated.pose_over_plane, pixel) if pixel is not None else None
 
 
 def _pixel(
@@ -85,10 +85,10 @@ def _pixel(
 
 
 def detection_at_pixel(
-    camera: FieldOfViewCamera, u: float, v: float, believed: AttitudeAndHeight, mount: Floats = LOOKING_DOWN
+    camera: FieldOfViewCamera, u: float, v: float, estimated: AttitudeAndHeight, mount: Floats = LOOKING_DOWN
 ) -> PlaneDetection | None:
     """Point of the plane at an image point (px); None beside it."""
-    (seen,) = project_to_plane(camera, mount, believed.pose_over_plane, (u, v), ACCURACY)
+    (seen,) = project_to_plane(camera, mount, estimated.pose_over_plane, (u, v), ACCURACY)
     return seen
 
 

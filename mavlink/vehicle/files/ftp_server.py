@@ -61,7 +61,7 @@ class _Sum:
 class _Dialogue:
     """State that is kept of one client."""
 
-    heard: float
+    active_at: float
     sessions: dict[int, _Session] = field(default_factory=dict[int, _Session])
     answers: OrderedDict[bytes, bytes] = field(default_factory=OrderedDict[bytes, bytes])
     sum: _Sum | None = None
@@ -151,7 +151,7 @@ class FtpServer:
         for asker, dialogue in list(self._dialogues.items()):
             for number in [number for number, session in dialogue.sessions.items() if session.used < since]:
                 dialogue.close_session(number)
-            if not dialogue.sessions and dialogue.heard < since:
+            if not dialogue.sessions and dialogue.active_at < since:
                 self._dialogues.pop(asker).clear()
 
     def close(self) -> None:
@@ -164,12 +164,12 @@ class FtpServer:
         dialogue = self._dialogues.get(asker)
         if dialogue is None:
             if len(self._dialogues) >= MOST_ASKERS:
-                idle = [(d.heard, key) for key, d in self._dialogues.items() if not d.sessions and d.sum is None]
+                idle = [(d.active_at, key) for key, d in self._dialogues.items() if not d.sessions and d.sum is None]
                 if not idle:
                     return None
                 del self._dialogues[min(idle, key=lambda item: item[0])[1]]
             dialogue = self._dialogues[asker] = _Dialogue(now)
-        dialogue.heard = now
+        dialogue.active_at = now
         return dialogue
 
     def _serve(self, dialogue: _Dialogue, request: FtpRequest, now: float) -> bytes | None:

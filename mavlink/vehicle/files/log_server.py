@@ -42,7 +42,7 @@ class _Range:
 class _Reader:
     """State of one asker: the logs by the numbers that it received, beginning at `first`."""
 
-    heard: float
+    active_at: float
     first: int
     logs: list[LogFile]
     entries: deque[int] = field(default_factory=deque[int])
@@ -87,7 +87,7 @@ class LogServer:
         reader = self._readers.get(asker)
         if reader is None or reader.first != first or (name == "LOG_REQUEST_LIST" and values["start"] <= first):
             reader = self._meet(asker, first, now)
-        reader.heard = now
+        reader.active_at = now
         handler(reader, values)
 
     def is_busy(self, asker: Hashable) -> bool:
@@ -104,7 +104,7 @@ class LogServer:
             return "LOG_ENTRY", self._entry(reader, reader.entries.popleft())
         if not reader.ranges:
             return None
-        reader.heard = now
+        reader.active_at = now
         wanted = reader.ranges[0]
         offset, count = wanted.offset, min(CHUNK, wanted.end - wanted.offset)
         data = self._data(reader, wanted.log, offset, count)
@@ -116,7 +116,7 @@ class LogServer:
 
     def forget_silent(self, now: float) -> None:
         for asker, reader in list(self._readers.items()):
-            if reader.heard < now - self._timeout:
+            if reader.active_at < now - self._timeout:
                 self._readers.pop(asker).close()
 
     def close(self) -> None:
@@ -127,7 +127,7 @@ class LogServer:
     def _meet(self, asker: Hashable, first: int, now: float) -> _Reader:
         """A new list for an asker, in place of its former one, or of that of the longest silent asker."""
         if asker not in self._readers and len(self._readers) >= MOST_ASKERS:
-            self._readers.pop(min(self._readers, key=lambda key: self._readers[key].heard)).close()
+            self._readers.pop(min(self._readers, key=lambda key: self._readers[key].active_at)).close()
         if self._found is None or not 0.0 <= now - self._found < FRESH:
             latest = list(islice(self._latest_first(), MOST_LOGS))
             self._logs, self._found = latest[::-1], now

@@ -151,16 +151,16 @@ class MAVLink(AutopilotTask):
 
     def _translate(self, message: ReceivedMessage) -> None:
         restarts = self._telemetry.restarts
-        for label, said in self._telemetry.receive(message, self.now):
+        for label, translated in self._telemetry.receive(message, self.now):
             entity = self.entity if label == ENTITIES[0] else self._parts.get(label)
             if entity is None:
                 continue
-            self.publish(said, keep_time=True, entity=entity)
-            if isinstance(said, imc.EstimatedState):
+            self.publish(translated, keep_time=True, entity=entity)
+            if isinstance(translated, imc.EstimatedState):
                 self._sensors.report_navigation_state()
                 self._steer()
-            elif isinstance(said, imc.EstimatedStreamVelocity):
-                self._wind = said
+            elif isinstance(translated, imc.EstimatedStreamVelocity):
+                self._wind = translated
         if self._telemetry.restarts > restarts:
             self.log.warning("the autopilot has started anew")
             self._mission_map.reset()

@@ -71,7 +71,7 @@ class Allocator(Task):
     def supervise(self) -> None:
         followed = {servo: max(at, self._began) for servo, at in self._followed.items()}
         astray = [str(servo) for servo, at in followed.items() if self.age(at) > self.servo_timeout]
-        silent = [str(servo) for servo, heard in self._servos.items() if self.age(heard) > self.servo_timeout]
+        silent = [str(servo) for servo, received in self._servos.items() if self.age(received) > self.servo_timeout]
         if self._loops.mask and self.age(max(self._moved, self._began)) > self.control_timeout:
             self._move((0.0, 0.0, 0.0, 0.0))
             self.set_entity_state(State.ERROR, f"no DesiredControl for {self.control_timeout:g} s")

@@ -103,7 +103,7 @@ class Path(Task):
         self._waiting: imc.DesiredPath | None = None
         self._path: imc.DesiredPath | None = None
         self._state: imc.EstimatedState | None = None
-        self._reported, self._heard = -math.inf, math.inf
+        self._reported, self._received_at = -math.inf, math.inf
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
@@ -127,7 +127,7 @@ class Path(Task):
     @consume
     def on_arming_state(self, arming: imc.ArmingState) -> None:
         """A disarmed vehicle is on the ground."""
-        self._stands, self._heard = arming.state == imc.ArmingState.State.DISARMED, self.now
+        self._stands, self._received_at = arming.state == imc.ArmingState.State.DISARMED, self.now
 
     @consume
     def follow_path(self, path: imc.DesiredPath) -> None:
@@ -157,7 +157,7 @@ class Path(Task):
             self._fail("the reference position has changed")
         elif self._stands and not self._path.flags & (Flags.TAKEOFF | Flags.LAND):
             self._fail("on the ground: take off first")
-        elif self.age(self._heard) > PATIENCE:
+        elif self.age(self._received_at) > PATIENCE:
             self._fail("no ArmingState from the autopilot")
         else:
             self._cycle(self._path, state)

@@ -34,18 +34,18 @@ class AUV(Maneuver):
 
     async def execute(self, order: imc.FollowReference) -> None:
         self._order, self._reference, self._leg = order, imc.Reference(), None
-        self._doing, self._told = Doing.WAIT, -1.0
-        heard = self.now
+        self._doing, self._state_published_at = Doing.WAIT, -1.0
+        received = self.now
         self._publish_follow_state(0)
         while True:
             event = await self.next_message()
             if isinstance(event, imc.Reference) and self._obeys(event):
                 if event.flags & Has.MANDONE:
                     raise Completed
-                heard = self.now
+                received = self.now
                 await self._accept(event)
-            if order.timeout > 0.0 and self.age(heard) > order.timeout:
-                self._doing, self._told = Doing.TIMEOUT, -1.0
+            if order.timeout > 0.0 and self.age(received) > order.timeout:
+                self._doing, self._state_published_at = Doing.TIMEOUT, -1.0
                 self._publish_follow_state(0)
                 raise ManeuverError("reference timeout")
             if isinstance(event, imc.EstimatedState):
@@ -96,7 +96,7 @@ class AUV(Maneuver):
             doing = Doing.HOVER if deep else Doing.ELEVATOR
         if doing is not self._doing:
             self._doing = doing
-            self._told = -1.0
+            self._state_published_at = -1.0
             self._begin_doing(leg, doing)
         self._publish_follow_state((Near.XY_NEAR if near else 0) | (Near.Z_NEAR if deep else 0) or Near.FAR)
 
@@ -114,9 +114,9 @@ class AUV(Maneuver):
 
     def _publish_follow_state(self, proximity: int) -> None:
         """Publish FollowRefState at each change and once per second."""
-        if self._told >= 0.0 and self.now - self._told < 1.0:
+        if self._state_published_at >= 0.0 and self.now - self._state_published_at < 1.0:
             return
-        self._told = self.now
+        self._state_published_at = self.now
         self.report_progress()
         self.publish(
             imc.FollowRefState(

@@ -112,7 +112,7 @@ class GPSNavigation(Task):
         self._attitude_noise, self._fix_drift = StuckDetector(), FixDriftDetector()
         self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
         self._held_fault, self._held_until = "", -math.inf
-        self._believed = self._oriented = self._reset = -math.inf
+        self._accepted_at = self._oriented = self._reset = -math.inf
         self._turned = self.now
         self._altitude, self._sounded = UNKNOWN_ALTITUDE, -math.inf
         self._stepped = self._began = self.now
@@ -230,7 +230,7 @@ class GPSNavigation(Task):
             self._fix_drift.reset()
             state.reset_position(north, east, variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
-            if math.hypot(*off) > GPS_JUMP and self.age(self._believed) <= self.gps_timeout:
+            if math.hypot(*off) > GPS_JUMP and self.age(self._accepted_at) <= self.gps_timeout:
                 self._held_fault, self._held_until = (
                     f"GPS has jumped by {math.hypot(*off):.0f} m",
                     self.now + FAULT_HOLD,
@@ -238,7 +238,7 @@ class GPSNavigation(Task):
             elif self.now - self._reset <= OFTEN:
                 self._held_fault, self._held_until = "fixes contradict heading and speed", self.now + FAULT_HOLD
             self._reset = self.now
-        self._believed = self.now
+        self._accepted_at = self.now
         if (reported := reported_velocity(fix)) is not None:
             along, across = reported
             u, v = state.ground_velocity(psi)

@@ -94,7 +94,7 @@ class Navigation(Task):
         self._doppler = GnssVelocityCheck()
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
         self._resets: list[float] = []
-        self._believed = self._turned_at = -math.inf
+        self._accepted_at = self._turned_at = -math.inf
         self._turned = self._stepped = self.now
         self._sampled = -math.inf
         self._moved_on = False
@@ -199,7 +199,7 @@ class Navigation(Task):
     def _begin(self, reference: imc.GpsFix, ground: float, down: float, variance: float, speed: float) -> None:
         """Start the filters `down` m below the reference, with variances of positions (m²) and velocities (m²/s²)."""
         self._reference = reference
-        self._believed = self.now
+        self._accepted_at = self.now
         noise, walk = self.acceleration_noise, self.bias_walk
         self._over_ground = InertialFilter(2, noise, walk, (variance, speed, INITIAL_BIAS))
         self._height.start(ground, down, self.now_without_stalls, (speed, INITIAL_BIAS))
@@ -266,9 +266,9 @@ class Navigation(Task):
             horizontal.reset((north, east), variance)
             self.log.warning("fixes contradict the position, which is reset to theirs")
             self._note_reset()
-            if math.hypot(*off) > GPS_JUMP and self.age(self._believed) <= self.gps_timeout:
+            if math.hypot(*off) > GPS_JUMP and self.age(self._accepted_at) <= self.gps_timeout:
                 self._hold_fault(f"GPS has jumped by {math.hypot(*off):.0f} m")
-        self._believed = self.now
+        self._accepted_at = self.now
 
     def _publish(self, reference: imc.GpsFix, angles: Vector) -> None:
         phi, theta, psi = angles
@@ -335,7 +335,7 @@ class Navigation(Task):
             self.set_entity_state(State.ERROR, f"pressure {why}")
         elif self.age(self._fixed) > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes are missing")
-        elif self.age(self._believed) > self.gps_timeout:
+        elif self.age(self._accepted_at) > self.gps_timeout:
             self.set_entity_state(State.ERROR, "GPS fixes jump")
         elif self._turned_at > -math.inf and self.age(self._turned_at) > self.euler_timeout:
             self.set_entity_state(State.ERROR, "turn rates are missing")

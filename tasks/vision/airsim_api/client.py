@@ -123,8 +123,8 @@ class AirSimClient(RpcClient):
         home = self.call("getHomeGeoPoint", GeoPoint, self._vehicle)
         home.validate()
         self.home = home
-        told = self._listed_cameras()
-        scales = [self._picture_scales(name, told.get(name)) for name in self._cameras]
+        cameras = self._listed_cameras()
+        scales = [self._picture_scales(name, cameras.get(name)) for name in self._cameras]
         for name, (across, down) in zip(self._cameras, scales, strict=True):
             if len(scales) > 1 and max(abs(across - 1.0), abs(down - 1.0)) > FACE:
                 raise AirSimError(
@@ -134,11 +134,11 @@ class AirSimClient(RpcClient):
                 )
         self._scales = scales[0]
 
-    def _picture_scales(self, name: str, told: AirSimCamera | None) -> tuple[float, float]:
+    def _picture_scales(self, name: str, entry: AirSimCamera | None) -> tuple[float, float]:
         """Focal lengths in halves of width and height, of AirSim's projection, or else of settings.json."""
         info = self.call("simGetCameraInfo", CameraInfo, name, self._vehicle, *self._outside)
         scales = None if info.proj_mat is None else info.proj_mat.scales()
-        expected = None if told is None else (2.0 * told.model.fx / told.width, 2.0 * told.model.fy / told.height)
+        expected = None if entry is None else (2.0 * entry.model.fx / entry.width, 2.0 * entry.model.fy / entry.height)
         if scales is None and expected is None:
             raise AirSimError(f"{name}: neither proj_mat of simGetCameraInfo nor settings.json describes its view")
         if scales is None or expected is None:
@@ -179,10 +179,10 @@ class AirSimClient(RpcClient):
     def _check_faces(self, images: list[Image], poses: list[Floats]) -> None:
         sizes = {image.shape for image in images}
         if len(sizes) > 1 or images[0].shape[0] != images[0].shape[1]:
-            told = ", ".join(
+            found = ", ".join(
                 f"{name} {i.shape[1]} x {i.shape[0]}" for name, i in zip(self._cameras, images, strict=True)
             )
-            raise AirSimError(f"the views are not squares of one size: {told} px")
+            raise AirSimError(f"the views are not squares of one size: {found} px")
         for name, pose, turn in zip(self._cameras, poses, self._turns, strict=True):
             off = rotation_angle_between(poses[0][:3, :3] @ turn, pose[:3, :3])
             if off > ALIGNED:

@@ -228,14 +228,14 @@ def optical_pose(response: ImageResponse) -> Floats:
 def decode_pixels(camera: str, response: ImageResponse) -> Image:
     """RGB (height, width, 3). Raises AirSimError for too few bytes, and impossible sizes."""
     data, width, height = response.image_data_uint8, response.width, response.height
-    told = f": {' '.join(response.message.split())[:100]}" if response.message else ""
+    reason = f": {' '.join(response.message.split())[:100]}" if response.message else ""
     if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
-        raise AirSimError(f"{camera}: a picture of {width} x {height} px{told}")
+        raise AirSimError(f"{camera}: a picture of {width} x {height} px{reason}")
     if data.startswith(PNG):
         return _decompressed(camera, data, width, height)
     depth = len(data) // (width * height)
     if depth not in (3, 4) or len(data) != depth * width * height:
-        raise AirSimError(f"{camera}: {len(data)} bytes are no picture of {width} x {height} px{told}")
+        raise AirSimError(f"{camera}: {len(data)} bytes are no picture of {width} x {height} px{reason}")
     image = np.frombuffer(data, np.uint8).reshape(height, width, depth)
     # Three bytes are blue, green, red; four, of versions before 1.3, red, green, blue, alpha.
     return image[..., ::-1] if depth == 3 else image[..., :3]

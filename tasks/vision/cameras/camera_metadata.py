@@ -33,9 +33,9 @@ def camera_frame_message(
     is_true: bool,
 ) -> imc.CameraFrame:
     """The message that describes a frame; `pose` and `estimate` (4, 4) lead from the optical frame to NED."""
-    believed = np.full((4, 4), np.nan) if estimate is None else estimate
+    estimated = np.full((4, 4), np.nan) if estimate is None else estimate
     (x, y, z), (qw, qx, qy, qz) = _parts(pose)
-    (est_x, est_y, est_z), (est_qw, est_qx, est_qy, est_qz) = _parts(believed)
+    (est_x, est_y, est_z), (est_qw, est_qx, est_qy, est_qz) = _parts(estimated)
     return imc.CameraFrame(
         index=index,
         time=time,

@@ -58,25 +58,25 @@ class ViewpointTracker:
         It is between the states before and after; the last one is carried on by its velocities and rates.
         """
         truth, state = self._truth.pose_at(now, OLDEST), self.estimate
-        believed = None if state is None else self._estimated_pose(world, state, now, now - began)
+        estimated_view = None if state is None else self._estimated_pose(world, state, now, now - began)
         if truth is None and self._truth.fault:
             return self._truth.fault
         if truth is not None:
             view = self._from_truth(world, truth, now - began)
         elif state is None:
             return "waiting for EstimatedState"
-        elif believed is None:
+        elif estimated_view is None:
             return "no position or attitude" if now - state.timestamp <= OLDEST else "no recent EstimatedState"
         else:
             scene = (
                 world,
                 now - began,
-                believed.height + believed.depth if self._sounded(world) else self._ground(state),
+                estimated_view.height + estimated_view.depth if self._sounded(world) else self._ground(state),
             )
-            view = VehicleView(believed, self._gliders(*scene), is_true=False, boards=self._boards(*scene))
+            view = VehicleView(estimated_view, self._gliders(*scene), is_true=False, boards=self._boards(*scene))
         if not 0.0 < view.vehicle.height < FARTHEST:
             return "no altitude"
-        return view._replace(estimate=None if believed is None else believed.pose)
+        return view._replace(estimate=None if estimated_view is None else estimated_view.pose)
 
     def _from_truth(self, world: World, truth: WorldPose, time: float) -> VehicleView:
         north, east, down, angles = truth

@@ -68,12 +68,12 @@ class GridHorizon(NamedTuple):
 
     def possible_hits(self, sector: Places, slope: Floats) -> tuple[Bools, Floats, Floats]:
         """Mask of the rays (n,) of a slope, down per m, that may touch the grid; and their range of distances (m)."""
-        more, told = APART * sector, _squashed(slope)
+        more, squashed = APART * sector, _squashed(slope)
         start = sector * self.rings
-        first = np.searchsorted(self.first, more - told) - start
+        first = np.searchsorted(self.first, more - squashed) - start
         touch: Bools = first < self.rings
         own = np.flatnonzero(touch)
-        last = np.searchsorted(self.last, more[own] + told[own], side="right") - start[own]
+        last = np.searchsorted(self.last, more[own] + squashed[own], side="right") - start[own]
         first = np.maximum(first[own] - EARLIER, 0)
         return touch, (first + self.begin) * self.step, (last + self.begin) * self.step
 
