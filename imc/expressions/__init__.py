@@ -1,7 +1,7 @@
 """Meaning of expressions of messages: fields with their units, functions, comparisons and by how much they are met."""
 
 from imc.expressions.compiler import HEADER, ExpressionCompiler, FieldPlace, NameScope
-from imc.expressions.functions import has_position
+from imc.expressions.functions import contains_position
 from imc.expressions.operands import Operand, is_special
 from imc.expressions.robustness import (
     NO_NUMBER,
@@ -24,8 +24,8 @@ __all__ = [
     "Operand",
     "RobustnessFunction",
     "comparison_robustness",
+    "contains_position",
     "displayable_margin",
-    "has_position",
     "is_special",
     "is_unknown",
     "negate_unless_nan",

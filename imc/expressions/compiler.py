@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from imc.expressions.comparisons import compare_operands
-from imc.expressions.functions import FUNCTIONS, distance, has_position
+from imc.expressions.functions import FUNCTIONS, contains_position, distance
 from imc.expressions.operands import (
     Operand,
     add_up,
@@ -184,7 +184,7 @@ class ExpressionCompiler:
 
     def _position(self, node: SyntaxNode) -> FieldPlace:
         place = self.message(node, _DISTANCE)
-        if not has_position(place.kind):
+        if not contains_position(place.kind):
             raise node.error(f"{place.kind.__name__} has no position")
         return place
 

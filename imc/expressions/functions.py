@@ -72,7 +72,7 @@ def _frames(
     )
 
 
-def has_position(kind: type[imc.Message], *, deep: bool = False) -> bool:
+def contains_position(kind: type[imc.Message], *, deep: bool = False) -> bool:
     """Whether messages of this kind have a position on Earth, and if `deep`, also the place of a vehicle from there."""
     needed = {"lat", "lon", "x", "y", "z"} if deep else {"lat", "lon"}
     return needed <= {info.name for info in imc.fields(kind)}

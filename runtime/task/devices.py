@@ -163,7 +163,7 @@ class DeviceTask:
         def take(piece: bytes) -> object:
             return lines(piece.decode(errors="replace")) if lines is not None else frames(piece) if frames else None
 
-        def tell(trouble: str) -> None:
+        def report_trouble(trouble: str) -> None:
             health = self._care()
             if trouble:
                 health.devices[name] = trouble
@@ -172,7 +172,7 @@ class DeviceTask:
                 health.fresh.clear()
             self.check_data()
 
-        device = Device(cast(DeviceOwner, self), address, splitter, take, opened=opened, trouble=tell)
+        device = Device(cast(DeviceOwner, self), address, splitter, take, opened=opened, trouble=report_trouble)
         self._devices = (*self._devices, device)
         recordings = self.vehicle.recordings
         pieces = recordings.input_for(name, address.bytes_per_second) if recordings is not None else None
@@ -180,7 +180,9 @@ class DeviceTask:
             recordings.end = max(recordings.end, self._kernel.now_ns + max((piece.time for piece in pieces), default=0))
             device.play_recording(pieces, lambda data: recordings.sent.append((name, data)))
         elif recordings is not None or self._kernel.virtual:
-            tell(f"{name}: not opened in virtual time" if recordings is None else f"{name}: nothing is recorded of it")
+            report_trouble(
+                f"{name}: not opened in virtual time" if recordings is None else f"{name}: nothing is recorded of it"
+            )
         else:
             device.open()
         return device

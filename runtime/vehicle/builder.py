@@ -246,7 +246,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
             note=None
             if others is None
             else lambda name, runs: vehicle.kernel.post(others.update_process_state, name, runs),
-            tell=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
+            warn=lambda words: vehicle.kernel.post(vehicle.daemon.log.warning, words),
         )
         vehicle.bus.attach_transport(transport)
         vehicle.bus.frames = transport.frames

@@ -47,14 +47,14 @@ class ZenohFrames:
     `is_sibling` returns whether a session (zenoh id) runs another part of the vehicle: frames of others are rejected.
     """
 
-    def __init__(self, vehicle: str, is_sibling: Callable[[str], bool], tell: Callable[[str], None]) -> None:
-        self.malformed = ErrorCounter("that should be frames of this vehicle were dropped", tell)
-        self.unsent = ErrorCounter("that are frames could not be sent", tell)
+    def __init__(self, vehicle: str, is_sibling: Callable[[str], bool], warn: Callable[[str], None]) -> None:
+        self.malformed = ErrorCounter("that should be frames of this vehicle were dropped", warn)
+        self.unsent = ErrorCounter("that are frames could not be sent", warn)
         self._place = f"{PREFIX}/{key_chunk(vehicle)}/@frame"
         self._is_sibling = is_sibling
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, Any] = {}
-        self._tell = tell
+        self._warn = warn
         self._shares = True
         self._pool: tuple[int, Any] = (0, None)
         self._waiting: queue.Queue[Frame | None] = queue.Queue(MOST_WAITING)
@@ -152,7 +152,7 @@ class ZenohFrames:
                 self._shares, pool = False, None
                 needed = f"{len(pixels) * POOL / 2**20:.3g} MB are needed, and {describe_lockable_memory()}"
                 words = "frames go to other processes without shared memory, which is slower"
-                self._tell(f"{words}: {needed}; {ADVICE} [{error_text(error)}]")
+                self._warn(f"{words}: {needed}; {ADVICE} [{error_text(error)}]")
             self._pool = len(pixels), pool
         if pool is None or self._pool[0] < len(pixels):
             return pixels

@@ -113,7 +113,7 @@ def parse_token(key: str) -> SiblingProcess | None:
 class Presence:
     """Announces a part of a vehicle, and tracks the other processes of this vehicle.
 
-    `siblings` are the sessions (zenoh ids) that run other parts. `tell` gets a warning if a process with the same part
+    `siblings` are the sessions (zenoh ids) that run other parts. `warn` gets a warning if a process with the same part
     appears later, for example because two networks were joined. `note` gets the name of a process of the vehicle, and
     whether it has appeared or gone.
     """
@@ -122,7 +122,7 @@ class Presence:
         self,
         session: "zenoh.Session",
         part: ProcessPart,
-        tell: Callable[[str], None],
+        warn: Callable[[str], None],
         note: Callable[[str, bool], None] | None,
     ) -> None:
         import zenoh
@@ -130,7 +130,7 @@ class Presence:
         self._part = part
         self._zid = str(session.info.zid())
         self._began = time.time_ns()
-        self._tell = tell
+        self._warn = warn
         self._session = session
         self._others: dict[str, SiblingProcess] = {}
         self._changed = threading.Condition()
@@ -252,7 +252,7 @@ class Presence:
             twins = sum(o.phase == RUNNING and bool(o.entities & self._part.entities) for o in self._others.values())
         if self._accepted and is_twin and other.phase == RUNNING and self._twins.is_due(now=time.monotonic()):
             more = f", and in {twins - 1} more processes" if twins > 1 else ""
-            self._tell(
+            self._warn(
                 f"{self._part.vehicle} also runs {other.place_and_start}{more}; its packets are ignored here. "
                 "End one of them"
             )

@@ -30,9 +30,9 @@ class SessionFactory:
     Their links to other computers end when those are silent.
     """
 
-    def __init__(self, tell: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(self, warn: Callable[[str], None] = lambda _: None) -> None:
         self.shares = True
-        self._tell = tell
+        self._warn = warn
         self._silence = LinkTimeout()
 
     def open(self, config: "zenoh.Config") -> "zenoh.Session":
@@ -55,7 +55,7 @@ class SessionFactory:
                 if "shm" not in str(error).lower():
                     raise
             self.shares = False
-            self._tell(
+            self._warn(
                 f"zenoh: no shared memory, since {describe_lockable_memory()}: "
                 f"frames take longer to other processes; {ADVICE}"
             )

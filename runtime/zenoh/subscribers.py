@@ -45,11 +45,11 @@ class Subscribers:
         self,
         receive: Callable[[bytes], None],
         gate: PacketAuthorizer | None,
-        tell: Callable[[str], None],
+        warn: Callable[[str], None],
     ) -> None:
-        self.lost = ErrorCounter("of other processes were lost on the way", tell)
-        self.oversize = ErrorCounter("were too large for a packet and were dropped", tell)
-        self.rejected = ErrorCounter("of others that may not send them were dropped", tell)
+        self.lost = ErrorCounter("of other processes were lost on the way", warn)
+        self.oversize = ErrorCounter("were too large for a packet and were dropped", warn)
+        self.rejected = ErrorCounter("of others that may not send them were dropped", warn)
         self._receive = receive
         self._gate = gate
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}

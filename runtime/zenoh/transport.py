@@ -45,7 +45,7 @@ class ZenohTransport:
     vehicle are taken only from processes that run its other parts. `concerns` returns whether the tasks that answer a
     request run here, or raises LookupError with the reason; `speaks_for` returns whether the last messages
     of an entity are this process's to publish. `consoles` may command. `note` gets the name of another process of the
-    vehicle, and whether it has appeared or gone; `tell` gets warnings; both from any thread. `frames` carries those of
+    vehicle, and whether it has appeared or gone; `warn` gets warnings; both from any thread. `frames` carries those of
     the vehicle.
     Counted: in `subscribers`, `lost` packets of Shoal processes that did not arrive here (full queue, broken link),
     `oversize` payloads larger than any packet, and `rejected` packets that their senders may not send, see
@@ -64,28 +64,28 @@ class ZenohTransport:
         speaks_for: Callable[[int], bool] = lambda _: True,
         consoles: ConsoleAcl = ANYBODY,
         note: Callable[[str, bool], None] | None = None,
-        tell: Callable[[str], None] = logger.warning,
+        warn: Callable[[str], None] = logger.warning,
     ) -> None:
         self.config = config
         self._live_systems = LiveSystems()
         vehicles, ids = config.security.vehicles or (), lambda: self._live_systems.ids
-        self.consoles = UnlistedConsoles(consoles, part, tell, self._send_refusal)
+        self.consoles = UnlistedConsoles(consoles, part, warn, self._send_refusal)
         gate = None
         if part is not None:
             gate = PacketAuthorizer(
                 part, vehicles, ids, system_name, self._is_sibling, system_id, consoles=self.consoles
             )
-        self.subscribers = Subscribers(self._take, gate, tell)
-        self.unsent = ErrorCounter("could not be sent", tell)
+        self.subscribers = Subscribers(self._take, gate, warn)
+        self.unsent = ErrorCounter("could not be sent", warn)
         self._part = part
         self._concerns = concerns
         self._speaks_for = speaks_for
         self._note = note
-        self._tell = tell
+        self._warn = warn
         self._system_name = system_name
         self._entity_label = entity_label
         self._session: zenoh.Session | None = None
-        self._session_factory = SessionFactory(tell)
+        self._session_factory = SessionFactory(warn)
         self._rendezvous = ListenEndpointFailover(config, self._session_factory)
         self._presence: Presence | None = None
         self._hello_sender: HelloSender | None = None
@@ -93,7 +93,7 @@ class ZenohTransport:
         self._reliable_queue = ReliableQueue(self.unsent)
         self._queryables: Queryables | None = None
         self._short: dict[tuple[type, int, int, int], Publisher] = {}
-        self.frames = None if part is None else ZenohFrames(part.vehicle, self._is_sibling, tell)
+        self.frames = None if part is None else ZenohFrames(part.vehicle, self._is_sibling, warn)
         self._receive: Callable[[bytes], None] = lambda _: None
 
     def open(self, receive: Callable[[bytes], None]) -> None:
@@ -113,18 +113,18 @@ class ZenohTransport:
         session = self._session
         try:
             if self._part is not None:
-                self._presence = Presence(session, self._part, self._tell, self._note)
+                self._presence = Presence(session, self._part, self._warn, self._note)
                 self._presence.check_unique(neighbors)
         except ConnectionError:
             self.close()
             raise
         for endpoint in layout.exposed:
-            self._tell(
+            self._warn(
                 f"zenoh: {endpoint} is open to others without certificates (mTLS) and access control: "
                 "anyone who reaches it can listen to and command this vehicle; see docs/zenoh.md"
             )
         for doubt in self.config.security.warnings(layout.listen, layout.connect):
-            self._tell(f"[Zenoh] {doubt}")
+            self._warn(f"[Zenoh] {doubt}")
         if layout.group:
             self._hello_sender = HelloSender(
                 layout.group, hello_message(str(session.info.zid()), layout.role, [layout.session])

@@ -15,7 +15,7 @@ ANYBODY = ConsoleAcl((), lambda _: None)
 class UnlistedConsoles:
     """The rule of one process of a vehicle, `part`; None stands for a relay, which rejects nothing.
 
-    `consoles` may command. `tell` gets a sentence for the log book, `send(system, packet)` an answer to a system; only
+    `consoles` may command. `warn` gets a sentence for the log book, `send(system, packet)` an answer to a system; only
     the main process of a vehicle writes or sends anything. `rejected` counts orders, `dropped` messages that other
     vehicles publish beyond the reports that are taken from all. All may be called from any thread.
     """
@@ -24,14 +24,14 @@ class UnlistedConsoles:
         self,
         consoles: ConsoleAcl,
         part: ProcessPart | None,
-        tell: Callable[[str], None],
+        warn: Callable[[str], None],
         send: Callable[[int, bytes], object],
     ) -> None:
         self.rejected = self.dropped = 0
         self._consoles = consoles if part is not None else ANYBODY
         self._says = part is not None and part.process == "main"
         self._refusals = OrderRefusals(part.vehicle, part.system) if part is not None else OrderRefusals("", 0)
-        self._tell = tell
+        self._warn = warn
         self._send = send
         self._named, self._named_publishers = ReportLimit(), ReportLimit()
 
@@ -47,7 +47,7 @@ class UnlistedConsoles:
         self.rejected += 1
         if self._says and self._named.is_due(source):
             who = _describe(source, name)
-            self._tell(f"packet from {who} over zenoh dropped: {NOT_LISTED} (see [General] Consoles)")
+            self._warn(f"packet from {who} over zenoh dropped: {NOT_LISTED} (see [General] Consoles)")
         return self._refusals.reason(packet, source)
 
     def drop(self, packet: bytes, name: str) -> None:
@@ -56,7 +56,7 @@ class UnlistedConsoles:
         self.dropped += 1
         if self._says and self._named_publishers.is_due(source):
             what = message_type_name(imc.packet_id(packet))
-            self._tell(
+            self._warn(
                 f"{what} of {_describe(source, name)} over zenoh dropped, as will be all that is no report: "
                 "the system is not in [General] Consoles"
             )

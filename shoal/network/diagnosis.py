@@ -175,40 +175,42 @@ async def _words_of_us(network: Network, book: MessageListener) -> dict[str, str
 def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Finding]:
     found: list[Finding] = []
 
-    def tell(text: str, advice: str) -> None:
+    def add_finding(text: str, advice: str) -> None:
         found.append(Finding("error", text, remedy=advice, about=system.name))
 
     if clash := system.conflict_text:
-        tell(clash, "end one, or give it another name and id")
+        add_finding(clash, "end one, or give it another name and id")
     if not system.is_vehicle:
         return found
     rate = math.fsum(contact.rates.values())
     if not rate:
         says = "announces itself, but sends nothing to us" if system.parts else "has fallen silent"
-        tell(
+        add_finding(
             f"{says}: nothing arrives from the vehicle",
             "a firewall closes our port; or its Consoles list does not have us; or its contact timeout has passed",
         )
     elif contact.refusal:
-        tell(f"is received, but does not obey us: {contact.refusal}", "list our id in its [General] Consoles")
+        add_finding(f"is received, but does not obey us: {contact.refusal}", "list our id in its [General] Consoles")
     elif contact.asked and not contact.answered:
         over_zenoh = contact.rates.get("zenoh", 0.0) == rate
-        tell("is received, but does not answer: nothing arrives from here", UNLISTED if over_zenoh else UNHEARD)
+        add_finding("is received, but does not answer: nothing arrives from here", UNLISTED if over_zenoh else UNHEARD)
     elif contact.answered < contact.asked:
         lost = 100.0 * (1.0 - contact.answered / contact.asked)
-        tell(f"answers only {contact.answered} of {contact.asked} questions ({lost:.0f} % lost)", "the link is bad")
+        add_finding(
+            f"answers only {contact.answered} of {contact.asked} questions ({lost:.0f} % lost)", "the link is bad"
+        )
     if abs(contact.clock) > APART:
         ahead = "ahead of" if contact.clock > 0 else "behind"
-        tell(
+        add_finding(
             f"its clock is {abs(contact.clock):.1f} s {ahead} ours",
             "set the clocks by NTP or GPS; a simulation on a scaled clock deviates by design",
         )
     total = sum(system.heard.values())  # integers
     for reason, number in sorted(contact.missed.items()):
         if not reason.startswith("lost") or number > LOSSY * total:
-            tell(f"{number} packets: {reason}", advice_for(reason))
+            add_finding(f"{number} packets: {reason}", advice_for(reason))
     for entity, description in system.errors.items():
-        tell(
+        add_finding(
             f"{entity} is not well{description and f': {description}'}",
             f"`shoal spy {system.name} LogBookEntry` shows why",
         )
@@ -216,7 +218,9 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Fi
         ours = f"0x{network.console.id:04X}"
         for part in words.split(";"):
             if ours in part and not any(good in part for good in WELL):
-                tell(f"{entity} there reports on us: {part.strip()}", "see its report, and docs/running-vehicle.md")
+                add_finding(
+                    f"{entity} there reports on us: {part.strip()}", "see its report, and docs/running-vehicle.md"
+                )
     return found
 
 

@@ -214,7 +214,7 @@ class _ScenarioRun:
         channels = self._context.channels.values() if self._context is not None else ()
         self._metrics = {name: count for channel in channels for name, count in channel.metrics().items()}
         self._metrics |= {recorder.metric.name: recorder.value() for recorder in self._recorders}
-        self._final = [(key, last.to_dict()) for key, tell in self._last.items() if (last := tell()) is not None]
+        self._final = [(key, last.to_dict()) for key, read in self._last.items() if (last := read()) is not None]
         self._verdicts = list(self._evaluate())
 
     def _evaluate(self) -> Iterator[ExpectationVerdict]:

@@ -13,7 +13,7 @@ from imc.expressions import (
     NameScope,
     Operand,
     RobustnessFunction,
-    has_position,
+    contains_position,
 )
 from runtime.kernel import SECOND
 from shoal.scenarios.scenario_condition import (
@@ -170,7 +170,7 @@ class ScenarioNames(NameScope):
         if len(node.arguments) != 1:
             raise node.error("altitude takes a message, such as altitude(SimulatedState)")
         place = compiler.message(node.arguments[0], node.function)
-        if not has_position(place.kind, deep=True):
+        if not contains_position(place.kind, deep=True):
             raise node.error(f"{place.kind.__name__} has no position of a vehicle")
         message = list(self.selectors)[place.slot]
         assert isinstance(message, MessageSelector)

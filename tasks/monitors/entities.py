@@ -58,16 +58,16 @@ class Entities(Task):
         """Publish the state of all entities, once a second."""
         for label, heard in self._received_at.items():
             if self.age(heard) > self.report_timeout:
-                self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", tell=False)
+                self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", is_logged=False)
         self._publish()
 
-    def _change(self, label: str, state: Condition, description: str, *, tell: bool = True) -> None:
+    def _change(self, label: str, state: Condition, description: str, *, is_logged: bool = True) -> None:
         if state is self._states[label]:
             return
         self._states[label] = state
         if state in BROKEN:
             self._error, self._error_time = f"{label}: {description}", self.now
-        if tell:
+        if is_logged:
             self._publish()
 
     def _publish(self) -> None:

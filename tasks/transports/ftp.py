@@ -83,7 +83,7 @@ class FTP(Task):
                 timeout=self.session_timeout,
                 in_use=self._in_use,
                 may_delete=self.commanders.allows_address,
-                tell=lambda text: self.vehicle.kernel.post(self._note, text),
+                report=lambda text: self.vehicle.kernel.post(self._note, text),
             )
         except OSError as error:
             trouble = f"{error.filename}: {error.strerror}"

@@ -29,7 +29,7 @@ class FTPServer:
     """Any user reads the files in `folder`, and nothing else; with `deletes` files and folders can be removed.
 
     It opens the first free of a few ports from `port` on. `in_use(path)` is whether a path must not be removed;
-    `may_delete(address)` is whether a client there may remove anything. `tell(text)` is called with refusals and
+    `may_delete(address)` is whether a client there may remove anything. `report(text)` is called with refusals and
     removals; all of them from the thread of `run`.
     Counted: `counts`, by what was done. Raises OSError if no port can be opened.
     """
@@ -44,12 +44,12 @@ class FTPServer:
         timeout: float,
         in_use: Callable[[Path], bool],
         may_delete: Callable[[str], bool] = lambda _: True,
-        tell: Callable[[str], object],
+        report: Callable[[str], object],
     ):
         self.folder = folder.resolve()
         self.rights = DELETE if deletes else READ
         self.counts: Counter[str] = Counter()
-        self.in_use, self.may_delete, self.tell = in_use, may_delete, tell
+        self.in_use, self.may_delete, self.report = in_use, may_delete, report
         self._stop, self._stopped = socket.socketpair()
         self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
         self._listener = listening_socket(address, port, TRIES)
@@ -250,7 +250,7 @@ def _session(server: FTPServer, timeout: float) -> Any:
                 self.respond(f"550 {error.strerror}.")
             else:
                 server.counts["removed"] += 1
-                server.tell(f"{self.remote_ip} removed {name}")
+                server.report(f"{self.remote_ip} removed {name}")
                 self.respond("250 Removed.")
 
         ftp_RMD = ftp_XRMD = ftp_DELE
@@ -258,7 +258,7 @@ def _session(server: FTPServer, timeout: float) -> Any:
         def log_cmd(self, cmd: str, arg: str, respcode: int, respstr: str) -> None:
             if respcode == 550:
                 server.counts["rejected"] += 1
-                server.tell(f"{self.remote_ip} may not {cmd} {self.fs.fs2ftp(arg)}: {respstr}")
+                server.report(f"{self.remote_ip} may not {cmd} {self.fs.fs2ftp(arg)}: {respstr}")
 
         def on_file_sent(self, _: str) -> None:
             server.counts["sent"] += 1

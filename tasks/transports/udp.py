@@ -224,8 +224,8 @@ class UDP(DatagramLinkTask):
     def report_drop(self, reason: str, who: str, why: str) -> None:
         """Count a datagram that is not taken, and name the first of each sender."""
         if self.drops.add(reason, who):
-            tell = self.log.info if reason is UNKNOWN else self.log.warning
-            tell(f"packet from {who} dropped: {reason}" + (f" ({why})" if why else ""))
+            write = self.log.info if reason is UNKNOWN else self.log.warning
+            write(f"packet from {who} dropped: {reason}" + (f" ({why})" if why else ""))
 
     def sent_types(self) -> Iterable[type[imc.Message]]:
         return self.routes.types

@@ -49,8 +49,8 @@ def cut(
     """
     with errors_as_messages():
         opened = open_log(log)
-        with progress_bar(opened.path) as tell:
-            summary = summarize(opened, tell)
+        with progress_bar(opened.path) as advance:
+            summary = summarize(opened, advance)
         require_messages(opened, summary.packets)
         start, stop = (parse_log_time(text, summary.start, summary.end) for text in (begin, end))
         if start is not None and stop is not None and stop <= start:
@@ -62,8 +62,8 @@ def cut(
             raise click.ClickException(
                 f"the log covers only {format_time(summary.start)} to {format_time(summary.end)}"
             )
-        with progress_bar(opened.path, "cutting") as tell:
-            done = cut_log(opened, out, choice, summary.owner, tell)
+        with progress_bar(opened.path, "cutting") as advance:
+            done = cut_log(opened, out, choice, summary.owner, advance)
     kept = f", and {format_noun_count(done.kept, 'message')} that describe the log" if done.kept else ""
     click.echo(printable(f"{format_noun_count(done.chosen, 'message')}{kept}: {out}"))
     report_losses([(opened.path, loss) for loss in summary.losses])

@@ -42,8 +42,8 @@ def diff(a: Path, b: Path, as_json: bool) -> None:
     try:
         with errors_as_messages():
             logs = open_log(a), open_log(b)
-            with progress_bar(logs[0].path) as tell:
-                found = compare_logs(*logs, tell)
+            with progress_bar(logs[0].path) as advance:
+                found = compare_logs(*logs, advance)
             for log, count, losses in zip(logs, found.packets, found.losses, strict=True):
                 require_messages(log, count or not losses, losses)
     except click.ClickException as error:

@@ -24,8 +24,8 @@ from support.terminal_text import printable
 def doctor(log: Path, repair: Path | None, as_json: bool) -> None:
     """Find what is wrong with LOG, and explain it. Exit status 1 if there are errors or warnings."""
     with errors_as_messages():
-        with progress_bar(log) as tell:
-            examination = examine_log(log, tell, make_parallel_map())
+        with progress_bar(log) as advance:
+            examination = examine_log(log, advance, make_parallel_map())
         console = open_console(markup=False)
         findings = worst_first(examination.findings)
         if as_json:

@@ -106,15 +106,15 @@ def export(
             write = _writer(form, raw, images)
         opened = open_log(log)
         out = out or Path(default_output_name(opened.path) + FORMATS[form].ending)
-        with progress_bar(opened.path) as tell:
-            summary = summarize(opened, tell)
+        with progress_bar(opened.path) as advance:
+            summary = summarize(opened, advance)
         require_messages(opened, summary.packets)
         start, stop = (parse_log_time(text, summary.start, summary.end) for text in (begin, end))
         words = split_names(messages), split_names(systems), split_names(entities)
         source = LogSource(opened, summary, selection_from_names(summary, start, stop, *words))
         with (new_file if FORMATS[form].is_file else new_folder)(out, force) as part:
-            with progress_bar(opened.path, "exporting") as tell:
-                written = write(source, part, tell)
+            with progress_bar(opened.path, "exporting") as advance:
+                written = write(source, part, advance)
             if source.packets == 0:
                 raise ValueError("no message is selected; nothing is written")
             if not written:
@@ -158,7 +158,7 @@ def _writer(form: str, raw: bool, images: bool) -> LogWriter:
     write = getattr(import_module(FORMATS[form].module), FORMATS[form].function)
     if form != "mcap":
         return write
-    return lambda source, path, tell: write(source, path, raw, images, tell)
+    return lambda source, path, advance: write(source, path, raw, images, advance)
 
 
 def default_output_name(path: Path) -> str:

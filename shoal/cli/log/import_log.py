@@ -36,8 +36,8 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
             raise ValueError(f"{file}: not a regular file")
         with require_extra("analysis" if _begins(file, MCAP_MAGIC) else "mavlink"):
             write = _reader(file, system)
-            with new_folder(out, force) as part, progress_bar(file) as tell:
-                warnings, most_is_lost = write(file, part, tell)
+            with new_folder(out, force) as part, progress_bar(file) as advance:
+                warnings, most_is_lost = write(file, part, advance)
         packets = len(imc.Log(out))
     click.echo(printable(f"{format_noun_count(packets, 'message')}: {out}"))
     for warning in warnings:
@@ -76,8 +76,8 @@ def _reader(file: Path, system: str) -> Callable[[Path, Path, ReportProgress], t
     else:
         convert = import_tlog
 
-    def read(path: Path, folder: Path, tell: ReportProgress) -> tuple[list[str], bool]:
-        done = convert(path, folder, system, tell)
+    def read(path: Path, folder: Path, advance: ReportProgress) -> tuple[list[str], bool]:
+        done = convert(path, folder, system, advance)
         skipped = f"{format_noun_count(done.lost, 'byte')} of {path} skipped"
         lost = f"{skipped}: in no whole record, the first at byte {done.first_lost}"
         most_is_lost = 2 * done.lost > path.stat().st_size or 2 * done.skipped > done.records

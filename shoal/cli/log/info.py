@@ -38,8 +38,8 @@ def info(log: Path, entities: bool, as_json: bool) -> None:
     """Show what is in LOG, a folder or a Data.lsf: systems, times, messages, rates, damage."""
     with errors_as_messages():
         opened = open_log(log)
-        with progress_bar(opened.path) as tell:
-            summary = summarize(opened, tell)
+        with progress_bar(opened.path) as advance:
+            summary = summarize(opened, advance)
         require_messages(opened, summary.packets, summary.losses)
     if as_json:
         logs = logs_of_argument(log)

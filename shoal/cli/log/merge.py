@@ -28,8 +28,8 @@ def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
     """
     with errors_as_messages():
         opened = [open_log(path) for path in logs]
-        with progress_bar(opened[0].path, "merging") as tell:
-            merged = merge_logs(opened, out, copies, tell)
+        with progress_bar(opened[0].path, "merging") as advance:
+            merged = merge_logs(opened, out, copies, advance)
     left = f"; {format_noun_count(merged.copies, 'duplicate')} skipped" if merged.copies else ""
     click.echo(
         printable(

@@ -47,9 +47,16 @@ def render(
 
         opened = open_log(log)
         out = out or Path(f"{default_output_name(opened.path)}-rendered")
-        with new_folder(out) as part, progress_bar(opened.path, "rendering") as tell:
+        with new_folder(out) as part, progress_bar(opened.path, "rendering") as advance:
             done = render_log(
-                opened, part, cameras=camera, world=world, labels=labels, flow=flow, processes=processes, progress=tell
+                opened,
+                part,
+                cameras=camera,
+                world=world,
+                labels=labels,
+                flow=flow,
+                processes=processes,
+                progress=advance,
             )
     for note in done.notes:
         click.echo(printable(f"note: {note}"), err=True)

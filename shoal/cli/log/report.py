@@ -35,8 +35,8 @@ def report(log: Path, other: Path | None, fields: tuple[str, ...], out: Path | N
     with errors_as_messages():
         opened = open_log(log)
         if other is None:
-            with progress_bar(opened.path) as tell:
-                text = render_report(opened, tell, fields)
+            with progress_bar(opened.path) as advance:
+                text = render_report(opened, advance, fields)
         else:
             text = render_comparison([opened, open_log(other)], fields)
         logs = logs_of_argument(log)

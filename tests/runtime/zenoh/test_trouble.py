@@ -138,7 +138,7 @@ def test_others_that_claim_to_be_this_vehicle_are_told_once_in_a_while(network: 
     told: list[str] = []
     config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="v")
     transport = ZenohTransport(
-        config, "0x{:04X}".format, lambda *_: "Daemon", part=ProcessPart("v", 1, 0b11), tell=told.append
+        config, "0x{:04X}".format, lambda *_: "Daemon", part=ProcessPart("v", 1, 0b11), warn=told.append
     )
     transport.open(lambda packet: None)
     settings: Any = zenoh.Config()

@@ -43,7 +43,7 @@ def serve(logs):
     def start(deletes=False, login=True, timeout=120.0, tales=None):
         tell = (tales if tales is not None else []).append
         in_use = (logs / "20260101/000100").__eq__
-        server = FTPServer(logs, HOST, 0, deletes=deletes, timeout=timeout, in_use=in_use, tell=tell)
+        server = FTPServer(logs, HOST, 0, deletes=deletes, timeout=timeout, in_use=in_use, report=tell)
         thread = Thread(target=server.run)
         thread.start()
         servers.append((server, thread))
