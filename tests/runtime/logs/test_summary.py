@@ -8,19 +8,9 @@ import pytest
 import imc
 from runtime.logs import SystemNames, UnknownNameError, find_message_ids, summarize
 from shoal.logs.inspect import logs_below
+from tests.log_messages import OPERATOR, OTHER, START, VEHICLE, at, labels
 
 LOGS = Path(__file__).parents[2] / "data" / "logs"
-START = 1_767_225_600.0
-VEHICLE, OTHER, OPERATOR = 0x001A, 0x0015, 0x4001
-
-
-def at(seconds, kind=imc.Voltage, **fields):
-    """A message of the vehicle's entity 7, `seconds` after the start."""
-    return kind(**{"timestamp": START + seconds, "src": VEHICLE, "src_ent": 7, **fields})
-
-
-def labels(**entities):
-    return [at(0, imc.EntityInfo, label=label, src_ent=number, id=number) for label, number in entities.items()]
 
 
 def test_log_of_dune():

@@ -104,3 +104,8 @@ def write_study(folder, text=STUDY, scenario=SCENARIO):
     path = folder / "dive.study.yaml"
     path.write_text(text)
     return path
+
+
+def comparable(data):
+    """What must be the same of two campaigns."""
+    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted_rows])

@@ -10,15 +10,10 @@ from runtime.testing import simulate
 from tasks.control.asv.conventional.heading import Heading
 from tasks.control.asv.conventional.speed import Speed
 from tasks.control.asv.heading_and_speed import HeadingAndSpeed
+from tests.tasks.control.underwater import AFTER, STOPS, Loops, before_end, enable
 
-Loops = imc.CLoopsMask
 MPS, RPM, PERCENT = imc.SpeedUnits.METERS_PS, imc.SpeedUnits.RPM, imc.SpeedUnits.PERCENTAGE
 BOTH = Loops.YAW | Loops.SPEED
-AFTER = 0.02  # s; a run continues this long after its feed
-
-
-def enable(mask, scope=1, time=0.1, on=1):
-    return imc.ControlLoops(timestamp=time, enable=on, mask=mask, scope_ref=scope)
 
 
 def states(seconds, start=0.2, **fields):
@@ -37,12 +32,6 @@ def run_of(cls, feed, **parameters):
     """A run that continues for a moment after its feed."""
     feed = sorted(feed, key=lambda m: m.timestamp)
     return simulate(cls, feed=feed, **({"seconds": feed[-1].timestamp + AFTER} | parameters))
-
-
-def before_end(run, kind):
-    """The messages of a type, without those published when the task stops."""
-    end = run.vehicle.kernel.now_ns * 1e-9
-    return [m for m in run.of(kind) if m.timestamp < end - 0.5 * AFTER]
 
 
 def thrusts(run):
@@ -150,16 +139,7 @@ def test_a_speed_of_nothing_is_no_thrust():
     assert set(thrust(0.05, seconds=2.0)[1]) == {0.0}
 
 
-@pytest.mark.parametrize(
-    "stop",
-    [
-        imc.Abort(timestamp=1.0, src=0x1234, dst=0x1A),
-        imc.Abort(timestamp=1.0, src=0x1234, dst=0xFFF0),
-        imc.Abort(timestamp=1.0, src=0x4000, dst=0xFFFF),
-        imc.Brake(timestamp=1.0, op=imc.Brake.Op.START),
-        enable(Loops.ALL, scope=2, time=1.0, on=0),
-    ],
-)
+@pytest.mark.parametrize("stop", STOPS)
 def test_abort_brake_and_disabled_loops_stop_the_motors(stop):
     run = differential([enable(BOTH), heading(0.1), speed(50.0, PERCENT), stop, *states(3.0)])
     assert thrusts(run)[10][0] > 0.4

@@ -8,7 +8,7 @@ import imc
 from runtime import consume
 from runtime.testing import simulate
 from tasks.control.auv.speed import Speed
-from tests.tasks.control.underwater import AFTER, Loops, before_end, enable, states
+from tests.tasks.control.underwater import AFTER, STOPS, Loops, before_end, enable, states
 
 
 def thrust(speed, units, seconds=20.0, extra=(), u=0.0, **parameters):
@@ -61,16 +61,7 @@ def test_a_speed_of_nothing_is_no_thrust():
     assert set(thrust(0.05, imc.SpeedUnits.METERS_PS, seconds=2.0)[1]) == {0.0}
 
 
-@pytest.mark.parametrize(
-    "stop",
-    [
-        imc.Abort(timestamp=1.0, src=0x1234, dst=0x1A),
-        imc.Abort(timestamp=1.0, src=0x1234, dst=0xFFF0),
-        imc.Abort(timestamp=1.0, src=0x4000, dst=0xFFFF),
-        imc.Brake(timestamp=1.0, op=imc.Brake.Op.START),
-        enable(Loops.ALL, scope=2, time=1.0, on=0),
-    ],
-)
+@pytest.mark.parametrize("stop", STOPS)
 def test_abort_brake_and_disabled_loops_stop_the_thruster(stop):
     _, found = thrust(1000.0, imc.SpeedUnits.RPM, seconds=3.0, extra=[stop])
     assert found[10] == pytest.approx(0.4)

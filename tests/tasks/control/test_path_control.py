@@ -10,6 +10,7 @@ from runtime.testing import simulate
 from support.wgs84 import displace, displacement
 from tasks.control.path.pure_pursuit import PurePursuit
 from tasks.control.path.vector_field import VectorField
+from tests.tasks.control.multirotor import enable
 
 Loops = imc.CLoopsMask
 Flags = imc.DesiredPath.Flags
@@ -17,10 +18,6 @@ Progress = imc.PathControlState.Flags
 DEPTH, ALTITUDE = imc.ZUnits.DEPTH, imc.ZUnits.ALTITUDE
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 VEHICLE = {"corridor_width": 1.5, "entry_angle": 15.0}
-
-
-def enable(mask=Loops.PATH, scope=1, time=0.1, on=1):
-    return imc.ControlLoops(timestamp=time, enable=on, mask=mask, scope_ref=scope)
 
 
 def path(north, east, *, time=0.15, ref=1, flags=0, **fields):

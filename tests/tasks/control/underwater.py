@@ -1,4 +1,4 @@
-"""What tests of the controllers of an underwater vehicle share."""
+"""What tests of the controllers of underwater vehicles and boats share."""
 
 import imc
 
@@ -8,6 +8,15 @@ AFTER = 0.02  # s; a run continues this long after its feed
 
 def enable(mask, scope=1, time=0.1, on=1):
     return imc.ControlLoops(timestamp=time, enable=on, mask=mask, scope_ref=scope)
+
+
+STOPS = [
+    imc.Abort(timestamp=1.0, src=0x1234, dst=0x1A),
+    imc.Abort(timestamp=1.0, src=0x1234, dst=0xFFF0),
+    imc.Abort(timestamp=1.0, src=0x4000, dst=0xFFFF),
+    imc.Brake(timestamp=1.0, op=imc.Brake.Op.START),
+    enable(Loops.ALL, scope=2, time=1.0, on=0),
+]
 
 
 def states(seconds, start=0.2, **fields):

@@ -2,15 +2,11 @@
 
 import asyncio
 import contextlib
-import json
-import sys
 
-from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.camera import CameraAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
-from mavsdk.component_type import ComponentType
-from mavsdk.mavsdk import Configuration
 from mavsdk.plugins.param import ParamError, ProtocolVersion
+from mavsdk_program import run
 
 FISHEYE, MUG = 100, 101
 
@@ -43,11 +39,4 @@ async def use(system):
     return seen
 
 
-async def main():
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    async with Mavsdk(configuration) as sdk:
-        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
-        print(json.dumps(await use(await sdk.first_autopilot(15.0)), default=bytes.decode), flush=True)
-
-
-asyncio.run(main())
+run(use, bytes.decode)

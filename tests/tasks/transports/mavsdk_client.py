@@ -1,25 +1,12 @@
 """A typical MAVSDK program: connects to the port in its argument and prints what it received as JSON."""
 
-import asyncio
-import json
-import sys
-
-from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.info import InfoAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
-from mavsdk.component_type import ComponentType
-from mavsdk.mavsdk import Configuration
 from mavsdk.plugins.action import ActionError
 from mavsdk.plugins.param import ParamError
-
-
-async def first(stream, wanted=lambda value: True):
-    async for value in stream:
-        if wanted(value):
-            return value
-    return None
+from mavsdk_program import first, run
 
 
 async def look(system):
@@ -64,12 +51,4 @@ async def look(system):
     return seen
 
 
-async def main():
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    async with Mavsdk(configuration) as sdk:
-        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
-        system = await sdk.first_autopilot(15.0)
-        print(json.dumps(await look(system), default=str), flush=True)
-
-
-asyncio.run(main())
+run(look)

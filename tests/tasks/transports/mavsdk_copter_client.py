@@ -1,13 +1,9 @@
 """A MAVSDK program that watches a flight: prints "ready", then the changes until landing, as JSON."""
 
 import asyncio
-import json
-import sys
 
-from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
-from mavsdk.component_type import ComponentType
-from mavsdk.mavsdk import Configuration
+from mavsdk_program import run
 
 
 async def note(stream, found, word):
@@ -40,12 +36,4 @@ async def watch(system):
     return seen
 
 
-async def main():
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    async with Mavsdk(configuration) as sdk:
-        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
-        system = await sdk.first_autopilot(15.0)
-        print(json.dumps(await watch(system), default=str), flush=True)
-
-
-asyncio.run(main())
+run(watch)

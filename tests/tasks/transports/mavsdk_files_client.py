@@ -1,16 +1,12 @@
 """A MAVSDK program that takes files: the port and a folder for them are its arguments; it prints what it found."""
 
-import asyncio
-import json
 import sys
 from pathlib import Path
 
-from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.ftp import FtpAsync
 from mavsdk.asyncio.plugins.log_files import LogFilesAsync
-from mavsdk.component_type import ComponentType
-from mavsdk.mavsdk import Configuration
 from mavsdk.plugins.ftp import FtpError
+from mavsdk_program import run
 
 
 async def take(system, folder):
@@ -36,12 +32,4 @@ async def take(system, folder):
     return seen
 
 
-async def main():
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    async with Mavsdk(configuration) as sdk:
-        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
-        system = await sdk.first_autopilot(15.0)
-        print(json.dumps(await take(system, Path(sys.argv[2]))), flush=True)
-
-
-asyncio.run(main())
+run(lambda system: take(system, Path(sys.argv[2])))

@@ -5,30 +5,20 @@ of its own time. What it hears as texts is part of the output.
 """
 
 import asyncio
-import json
 import math
 import sys
 
-from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.mission import MissionAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
-from mavsdk.component_type import ComponentType
-from mavsdk.mavsdk import Configuration
 from mavsdk.plugins.action import ActionError
 from mavsdk.plugins.mission import MissionError, MissionItem, MissionPlan
+from mavsdk_program import first, run
 
 NORTH, EAST = 1 / 111_100.0, 1 / 83_800.0  # degrees per m at 41.2 degrees
 NAN = math.nan
 HOLD = 80.0  # s
-
-
-async def first(stream, wanted=lambda value: True):
-    async for value in stream:
-        if wanted(value):
-            return value
-    return None
 
 
 async def until(stream, seconds):
@@ -166,12 +156,4 @@ async def fly(system, kind):
     return {**seen, "texts": texts}
 
 
-async def main():
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    async with Mavsdk(configuration) as sdk:
-        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
-        system = await sdk.first_autopilot(15.0)
-        print(json.dumps(await fly(system, sys.argv[2])), flush=True)
-
-
-asyncio.run(main())
+run(lambda system: fly(system, sys.argv[2]))

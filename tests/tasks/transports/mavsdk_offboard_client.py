@@ -1,22 +1,9 @@
 """A MAVSDK program that sends an AUV 40 m north at 3 m depth by position targets; JSON is its output."""
 
-import asyncio
-import json
-import sys
-
-from mavsdk.asyncio.mavsdk import Mavsdk
 from mavsdk.asyncio.plugins.offboard import OffboardAsync
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
-from mavsdk.component_type import ComponentType
-from mavsdk.mavsdk import Configuration
 from mavsdk.plugins.offboard import PositionNedYaw
-
-
-async def first(stream, wanted=lambda value: True):
-    async for value in stream:
-        if wanted(value):
-            return value
-    return None
+from mavsdk_program import first, run
 
 
 async def fly(system):
@@ -32,12 +19,4 @@ async def fly(system):
     return seen
 
 
-async def main():
-    configuration = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-    async with Mavsdk(configuration) as sdk:
-        await sdk.add_any_connection(f"udpin://127.0.0.1:{sys.argv[1]}")
-        system = await sdk.first_autopilot(15.0)
-        print(json.dumps(await fly(system)), flush=True)
-
-
-asyncio.run(main())
+run(fly)

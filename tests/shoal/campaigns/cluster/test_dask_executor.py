@@ -16,6 +16,7 @@ from shoal.campaigns.results.append_log import read_append_log
 from tests.outside import until
 from tests.shoal.campaigns.cluster.grid import ROOT, Grid, descendants, job_processes
 from tests.shoal.campaigns.examples import TROUBLE
+from tests.shoal.campaigns.standin import comparable
 from tests.shoal.campaigns.studies.test_bundle import STUDY, name_absolutely, write
 
 pytestmark = pytest.mark.heavy
@@ -54,10 +55,6 @@ def study(tmp_path, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] in ("whistle", "tones", "trouble")]:
         monkeypatch.delitem(sys.modules, name)
     return Path(path.name)
-
-
-def comparable(data):
-    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted_rows])
 
 
 def times_told(folder):

@@ -6,6 +6,7 @@ from pathlib import Path
 from shoal.campaigns.studies.study import load_study
 from shoal.campaigns.study_execution import run_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult
+from tests.shoal.campaigns.standin import write_study
 
 SCENARIO = """\
 scenario: dive
@@ -60,16 +61,8 @@ USUAL = {NORTH: 0.1, EAST: 0.0, GPS: 4.0}
 
 
 def write(folder, text=STUDY, scenario=SCENARIO):
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "dive.scenario.yaml").write_text(scenario)
-    path = folder / "dive.study.yaml"
-    path.write_text(text)
-    return path
+    return write_study(folder, text, scenario)
 
 
 def do(path, folder, workers=0, make=Slope, **options):
     return run_study(load_study(path, **options), folder, make_runner=make, workers=workers)
-
-
-def comparable(data):
-    return repr([{key: value for key, value in row.items() if key != "cpu"} for row in data.counted_rows])

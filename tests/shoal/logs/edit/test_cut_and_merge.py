@@ -10,20 +10,10 @@ from runtime.logs import summarize
 from shoal.logs.edit import cut, merge
 from shoal.logs.edit.merge_logs import MergeConflict
 from shoal.logs.selection import PacketSelection, selection_from_names
+from tests.log_messages import OPERATOR, OTHER, START, VEHICLE, at, labels
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 INF = float("inf")
-START = 1_767_225_600.0
-VEHICLE, OTHER, OPERATOR = 0x001A, 0x0015, 0x4001
-
-
-def at(seconds, kind=imc.Voltage, **fields):
-    """A message of the vehicle's entity 7, `seconds` after the start."""
-    return kind(**{"timestamp": START + seconds, "src": VEHICLE, "src_ent": 7, **fields})
-
-
-def labels(**entities):
-    return [at(0, imc.EntityInfo, label=label, src_ent=number, id=number) for label, number in entities.items()]
 
 
 def packets_of(folder: Path) -> list[bytes]:

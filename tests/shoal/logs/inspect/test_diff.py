@@ -7,14 +7,7 @@ from hypothesis import strategies as st
 
 import imc
 from shoal.logs.inspect import compare_logs
-
-START = 1_767_225_600.0
-VEHICLE = 0x001A
-
-
-def at(seconds, kind=imc.Voltage, **fields):
-    """A message of the vehicle's entity 7, `seconds` after the start."""
-    return kind(**{"timestamp": START + seconds, "src": VEHICLE, "src_ent": 7, **fields})
+from tests.log_messages import START, at
 
 
 def differ(make_log, one, two):

@@ -8,19 +8,9 @@ import pytest
 
 import imc
 from shoal.logs.inspect import examine_log, repair_log
+from tests.log_messages import OTHER, START, VEHICLE, at, labels
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
-START = 1_767_225_600.0
-VEHICLE, OTHER = 0x001A, 0x0015
-
-
-def at(seconds, kind=imc.Voltage, **fields):
-    """A message of the vehicle's entity 7, `seconds` after the start."""
-    return kind(**{"timestamp": START + seconds, "src": VEHICLE, "src_ent": 7, **fields})
-
-
-def labels(**entities):
-    return [at(0, imc.EntityInfo, label=label, src_ent=number, id=number) for label, number in entities.items()]
 
 
 def said(folder):

@@ -14,20 +14,10 @@ from shoal.logs.inspect import render_comparison, render_report
 from shoal.logs.inspect.field_plot import FieldPlot, join_plots
 from shoal.logs.inspect.report_data import read_report_data
 from shoal.logs.inspect.time_plot import Curve, decimate, ticks
+from tests.log_messages import at, labels
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"'&\u202e\x00\x1b[2J\udcff]]>"
-START = 1_767_225_600.0
-VEHICLE = 0x001A
-
-
-def at(seconds, kind=imc.Voltage, **fields):
-    """A message of the vehicle's entity 7, `seconds` after the start."""
-    return kind(**{"timestamp": START + seconds, "src": VEHICLE, "src_ent": 7, **fields})
-
-
-def labels(**entities):
-    return [at(0, imc.EntityInfo, label=label, src_ent=number, id=number) for label, number in entities.items()]
 
 
 class Page(HTMLParser):
