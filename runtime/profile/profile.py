@@ -1,11 +1,11 @@
 """A profile: the ini file of a vehicle with its includes; its settings of vehicle, tasks and systems."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Literal
 
 from fastcrc import crc16
 
@@ -32,8 +32,6 @@ ENTITY_IDS = "Entity Ids"
 MAIN = "main"
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-
-T = TypeVar("T")
 
 
 def load_profile(
@@ -237,15 +235,6 @@ class Profile:
         modes = tuple(selected)
         named = (self.task_process(name) for name in self.config.sections if self.is_task_enabled(name, modes))
         return list(dict.fromkeys(filter(None, named)))
-
-    def find_tasks(self, find_task: Callable[[str], T | None], selected: Iterable[str] | None = None) -> dict[str, T]:
-        """The result of `find_task` for each task section, in DUNE's order; only enabled ones if `selected`."""
-        found: dict[str, T] = {}
-        for section in self.config.sorted_sections():
-            wanted = selected is None or self.is_task_enabled(section.name, selected)
-            if wanted and (task := find_task(section.name)) is not None:
-                found[section.name] = task
-        return found
 
     def value(self, section: str, option: str, default: str = "") -> str:
         """The text of an option of any section, `default` if it is missing or empty."""

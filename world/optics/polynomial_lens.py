@@ -135,11 +135,3 @@ def preset_lens(name: str, fov: float) -> Lens:
             f"not for {math.degrees(fov):g}°"
         )
     return Lens(preset.k, fov)
-
-
-def thesis_image_size(k: float = 1.0, phi_max_deg: float = 135.0) -> float:
-    """The image size given in the thesis behind this camera, kept only for comparison.
-
-    It takes phi in degrees and adds the terms as a root of squares; the correct size is 2 ceil(r(phi_max)) px.
-    """
-    return math.sqrt(math.fsum((k * phi_max_deg**n) ** 2 for n in range(1, 5)))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from world.optics import LENS_PRESETS, FisheyeModel, Lens, preset_lens
-from world.optics.polynomial_lens import thesis_image_size
 
 VECTORS = json.loads((Path(__file__).parents[2] / "data/sensors/fisheye.json").read_text())
 
@@ -118,10 +117,6 @@ def test_the_middle_of_the_image_looks_along_the_axis():
     np.testing.assert_allclose(optics.project([[0.0, 0.0, 7.0]])[0], [[32, 32]])
     np.testing.assert_allclose(optics.project([[1.0, 0.0, 1.0]])[0], [[48, 32]])
     assert np.isnan(optics.project([[1.0, 0.0, -0.1]])[0]).all()
-
-
-def test_the_printed_size_criterion():
-    assert thesis_image_size() == pytest.approx(332159737.875, abs=5e-4)
 
 
 @pytest.mark.parametrize(("width", "height"), [(64, 48), (65, 49), (1, 1), (2, 7)])
