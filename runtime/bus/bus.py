@@ -18,7 +18,7 @@ from runtime.kernel import Kernel, owner_of
 AT_ONCE = 64  # packets from other processes taken at a time; then the vehicle's own timers come first
 BYTES_AT_ONCE = 1 << 14  # of them, after which the timers come first even if there were fewer packets
 
-logger = logging.getLogger("shoal.bus")
+logger: logging.Logger = logging.getLogger("shoal.bus")
 
 Receivers = tuple[tuple[Handler, object, bool], ...]  # handler, owner, whether it takes the packet, too
 
@@ -53,12 +53,13 @@ class Bus:
         self.kernel = kernel
         self.system = system
         self.set_schema(imc.builtin())
-        self.delivered = 0
+        self.delivered: int = 0
         self.observers: list[BusObserver] = []
-        self.malformed = self.refused = 0
+        self.malformed: int = 0
+        self.refused: int = 0
         self.accepts: Callable[[imc.Message], bool] = lambda _: True
         self.on_malformed: Callable[[int, str], object] = lambda _, __: None
-        self.inbox = PacketInbox()
+        self.inbox: PacketInbox = PacketInbox()
         self.frames: FrameTransport | None = None
         self._shown: dict[str, Frame] = {}
         self._subscriptions: list[Subscription] = []
@@ -72,7 +73,8 @@ class Bus:
         """Carry the messages of this schema, instead of the built-in one."""
         self.messages = schema
         codec = schema.codec
-        self.decode, self.decode_first = codec.decode, codec.decode_first
+        self.decode: Callable[[bytes], imc.Message] = codec.decode
+        self.decode_first: Callable[[bytes], tuple[imc.Message, bytes]] = codec.decode_first
         self._encoding, self._rounding = CodecRoundTrip(schema, encodes=True), CodecRoundTrip(schema, encodes=False)
 
     def release_backlog(self) -> None:

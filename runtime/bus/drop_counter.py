@@ -17,7 +17,7 @@ class DropCounter(Generic[Sender]):
     """
 
     def __init__(self, others: Sender) -> None:
-        self.total = 0
+        self.total: int = 0
         self._others = others
         self._by_source: Counter[Sender] = Counter()
 

@@ -56,7 +56,7 @@ class PacketInbox:
     """
 
     def __init__(self) -> None:
-        self.dropped = DropCounter(UNKNOWN_SYSTEM)
+        self.dropped: DropCounter[int] = DropCounter(UNKNOWN_SYSTEM)
         self._queues: dict[Place, _Queue] = {}
         self._turns: deque[_Queue] = deque()  # those that are not empty, in the order in which they are served
         self._size = 0

@@ -78,10 +78,10 @@ class SerialPort:
     datagrams = False
 
     def __init__(self, device: str, baud: int, **settings: Any):
-        self.name = device or "serial port"
+        self.name: str = device or "serial port"
         self._device = device
-        self.bytes_per_second = baud / 10.0  # a byte has a start and a stop bit
-        self.max_read_rate = max(
+        self.bytes_per_second: float = baud / 10.0  # a byte has a start and a stop bit
+        self.max_read_rate: float = max(
             SLOWEST_CAP, 2.0 * self.bytes_per_second
         )  # ports over USB may be faster than their baud rate
         self._baud = baud
@@ -143,11 +143,11 @@ class TcpServerAddress:
 
     starts_midway = True
     datagrams = False
-    bytes_per_second = 1e6
+    bytes_per_second: float = 1e6
     max_read_rate = SOCKET_CAP
 
     def __init__(self, host: str, port: int, *, waiting: int = 0):
-        self.name = f"tcp://{host}:{port}"
+        self.name: str = f"tcp://{host}:{port}"
         self._host = "127.0.0.1" if host == "localhost" else host
         self._port = port
         self._waiting = waiting
@@ -229,11 +229,11 @@ class UdpSocket:
 
     starts_midway = False
     datagrams = True
-    bytes_per_second = 1e6
+    bytes_per_second: float = 1e6
     max_read_rate = SOCKET_CAP
 
     def __init__(self, port: int, address: str, to: tuple[str, int] | None):
-        self.name = f"udp://{address}:{port}"
+        self.name: str = f"udp://{address}:{port}"
         self._own = address, port
         self._to = ("127.0.0.1", to[1]) if to is not None and to[0] == "localhost" else to
 

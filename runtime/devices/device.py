@@ -72,8 +72,9 @@ class Device:
         trouble: Callable[[str], object] = lambda _: None,
         log: DeviceLog | None = None,
     ):
-        self.name = address.name
-        self.good = self.bad = 0
+        self.name: str = address.name
+        self.good: int = 0
+        self.bad: int = 0
         self.explain = lambda _: ""
         self._owner = owner
         self._log = log or owner.log

@@ -67,7 +67,8 @@ class LineSplitter:
     """
 
     def __init__(self, *, longest: int = LONGEST_LINE, end: bytes = b"\n"):
-        self.skipped_bytes = self.damaged = 0
+        self.skipped_bytes: int = 0
+        self.damaged: int = 0
         self._longest = longest
         self._end = end
         self._part = b""
@@ -127,7 +128,8 @@ class FrameSplitter:
     ):
         if not kinds or not all(kinds):
             raise ValueError("a frame begins with at least one byte")
-        self.skipped_bytes = self.damaged = 0
+        self.skipped_bytes: int = 0
+        self.damaged: int = 0
         self._kinds = dict(kinds)
         self._valid = valid
         self._longest = longest

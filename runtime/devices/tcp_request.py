@@ -21,7 +21,7 @@ class TcpRequester:
     """
 
     def __init__(self, host: str, port: int, timeout: float):
-        self.name = f"{host}:{port}"
+        self.name: str = f"{host}:{port}"
         self._address = host, port
         self._timeout = timeout
         self._socket: socket.socket | None = None

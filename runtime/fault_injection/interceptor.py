@@ -26,7 +26,7 @@ class PublishInterceptor:
         self.last: dict[object, Item] = {}
         self.keeps_last = False
         self.crashes = 0
-        self.acted = set[int]()
+        self.acted: set[int] = set[int]()
 
     def attach_or_detach(self) -> None:
         """Stand between the task and its bus if there is a reason, else leave."""

@@ -55,7 +55,7 @@ class WallClock:
     """
 
     virtual = False
-    speed = 1.0
+    speed: float = 1.0
 
     def __init__(self, start: int | None = None):
         self._offset = (time.time_ns() if start is None else start) - time.monotonic_ns()
@@ -110,7 +110,7 @@ class VirtualClock:
     """Time that passes only when nothing is left to do at the present moment, and then without waiting."""
 
     virtual = True
-    speed = math.inf
+    speed: float = math.inf
 
     def __init__(self, start: int = 0):
         self._now = start

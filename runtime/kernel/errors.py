@@ -4,7 +4,7 @@ import logging
 
 from runtime.kernel.timer import owner_title
 
-logger = logging.getLogger("shoal.kernel")
+logger: logging.Logger = logging.getLogger("shoal.kernel")
 
 
 class HandlerBlockedError(BaseException):

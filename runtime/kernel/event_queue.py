@@ -23,9 +23,10 @@ class EventQueue:
     def __init__(self, now_ns: int, *, virtual: bool) -> None:
         self.virtual = virtual
         self.set_now(now_ns)
-        self.stalls = StallRecord()
+        self.stalls: StallRecord = StallRecord()
         self._due: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
-        self.enqueue = self._due.append  # of (function, args): `soon` without a call, for the bus
+        # Takes (function, args): `soon` without a call, for the bus.
+        self.enqueue: Callable[[tuple[Callable[..., object], tuple[Any, ...]]], None] = self._due.append
         self._later: list[tuple[int, int, Timer]] = []
         self._sweep_at = FEW_TIMERS
         self._arrivals = 0
@@ -33,7 +34,8 @@ class EventQueue:
 
     def set_now(self, time_ns: int) -> None:
         """Set the present time; `now` is the same in seconds."""
-        self.now_ns, self.now = time_ns, time_ns / SECOND
+        self.now_ns: int = time_ns
+        self.now: float = time_ns / SECOND
 
     @property
     def is_idle(self) -> bool:

@@ -39,8 +39,8 @@ class Kernel(EventQueue):
     def __init__(self, clock: Clock, *, slow: float = 0.1):
         self.clock = clock
         super().__init__(clock.read(), virtual=clock.virtual)
-        self.slow_ns = int(slow * SECOND)
-        self.events = 0
+        self.slow_ns: int = int(slow * SECOND)
+        self.events: int = 0
         self.livelock_events = LIVELOCK_EVENTS
         self.on_error: Callable[[object, Exception], None] = raise_error
         self.on_slow: Callable[[object, float, str], None] = warn_slow
@@ -212,7 +212,8 @@ class Kernel(EventQueue):
         if reached is None:
             return False
         if reached > self.now_ns:
-            self.now_ns, self.now, self._busy = reached, reached / SECOND, 0
+            self.set_now(reached)
+            self._busy = 0
         elif reached != target:
             self._count_standstill()
         if reached != target:

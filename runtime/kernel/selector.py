@@ -20,8 +20,10 @@ class WakeUp:
 
         def __init__(self) -> None:
             file = FileIO(os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC), "r+")
-            self.ring, self.silence = partial(file.write, ONCE), partial(file.read, len(ONCE))
-            self.fileno, self.close = file.fileno, file.close
+            self.ring: Callable[[], object] = partial(file.write, ONCE)
+            self.silence: Callable[[], object] = partial(file.read, len(ONCE))
+            self.fileno: Callable[[], int] = file.fileno
+            self.close: Callable[[], None] = file.close
 
     else:
 
@@ -46,7 +48,7 @@ class WatchedSources:
     """Watched sockets, each with the call that it causes, and a bell by which any thread may `wake` the kernel."""
 
     def __init__(self):
-        self.count = 0
+        self.count: int = 0
         self._selector = selectors.DefaultSelector()
         self._bell = WakeUp()
         self._selector.register(self._bell, selectors.EVENT_READ, None)

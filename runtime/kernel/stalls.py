@@ -33,7 +33,7 @@ class StallRecord:
     """
 
     def __init__(self) -> None:
-        self.total = 0  # ns
+        self.total: int = 0  # ns
         self._stalls: list[Stall] = []
 
     def note_delay(self, due: int, now: int) -> int:

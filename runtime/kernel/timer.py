@@ -45,12 +45,12 @@ class Timer:
     __slots__ = ("args", "function", "owner", "queued", "stalled", "time")
 
     def __init__(self, at: int, function: Callable[..., object], args: tuple[Any, ...]):
-        self.time = at
+        self.time: int = at
         owner = getattr(function, "__self__", None)
-        self.owner = owner_of(function) if owner is None else owner
+        self.owner: object = owner_of(function) if owner is None else owner
         self.function: Callable[..., object] | None = function
-        self.args = args
-        self.queued = False
+        self.args: tuple[Any, ...] = args
+        self.queued: bool = False
         self.stalled: int | None = None
 
     def cancel(self) -> None:

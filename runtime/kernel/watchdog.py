@@ -27,7 +27,7 @@ CALLS = {f.__code__ for f in (Kernel._make_calls, Kernel._run_moment, Kernel.dra
 RUNTIME = str(Path(__file__).parents[1])
 DEBUGGERS = ("bdb", "pdb", "pydevd", "_pydevd_bundle.pydevd")
 
-logger = logging.getLogger("shoal.kernel")
+logger: logging.Logger = logging.getLogger("shoal.kernel")
 
 
 class Watchdog:
@@ -49,7 +49,7 @@ class Watchdog:
         self._watched, self._task = threading.get_ident(), threading.get_native_id()
         self._done = threading.Event()
         self._end: float | None = None
-        self.breaks_handlers = False
+        self.breaks_handlers: bool = False
 
     def __enter__(self) -> "Watchdog":
         threading.Thread(target=self._watch, name="watchdog", daemon=True).start()

@@ -29,9 +29,10 @@ class SystemClock:
 
     def __init__(self, src: int):
         self.src = src
-        self.packets = 0
-        self.start = self.end = np.nan
-        self.outliers = 0
+        self.packets: int = 0
+        self.start: float = np.nan
+        self.end: float = np.nan
+        self.outliers: int = 0
         self.steps: list[ClockStep] = []
         self._times: Array = np.empty(0)
         self._offsets: Array = np.empty(0, np.int64)

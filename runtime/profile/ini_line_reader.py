@@ -10,7 +10,11 @@ from support.terminal_text import quoted, suggestion
 MOST_ASSIGNMENTS = 1000  # of one option
 LONGEST_VALUE = 65536  # characters
 MOST_WARNINGS = 100  # in one file
-ATTRIBUTES = {"scope": ("global", "idle", "plan", "maneuver"), "visibility": ("user", "developer"), "editable": ()}
+ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    "scope": ("global", "idle", "plan", "maneuver"),
+    "visibility": ("user", "developer"),
+    "editable": (),
+}
 
 _COMMENT = re.compile(r"[;|#]")
 _ATTRIBUTES_ONLY = re.compile(r"([^{;|#]+)\{([^}]*)\}[ \t\n\v\f\r]*(?:[;|#].*)?")
@@ -32,8 +36,8 @@ class LineReader:
         report: Callable[[Problem], None],
         include: Callable[[str, bool], None],
     ):
-        self.origin = Origin(path)
-        self.errors = 0
+        self.origin: Origin = Origin(path)
+        self.errors: int = 0
         self._warnings = 0
         self.raw: list[int] = []
         self._config = config

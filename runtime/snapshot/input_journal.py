@@ -65,8 +65,8 @@ class InputJournal:
     def __init__(self, task: Task):
         self.task = task
         self.past: JournalStart | None = None
-        self.trouble = "it has not started"
-        self.begun = False
+        self.trouble: str = "it has not started"
+        self.begun: bool = False
         self.entries: list[JournalEntry] = []
         self.handlers: list[Callable[..., object]] = []
         self.values: TaskValues = _values(task)

@@ -1,13 +1,13 @@
 """IMC's activation protocol: activates and deactivates tasks that have a parameter Active."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from imc import EntityActivationState, EntityParameter, EntityParameters
 
 if TYPE_CHECKING:
     from runtime.task.task import Task
 
-Phase = EntityActivationState.State
+Phase: TypeAlias = EntityActivationState.State
 
 
 class ActivationError(RuntimeError):
@@ -18,8 +18,8 @@ class Activation:
     """The activation state of one task; each step is published as EntityActivationState."""
 
     def __init__(self, task: "Task"):
-        self.phase = Phase.INACTIVE
-        self.error = ""
+        self.phase: Phase = Phase.INACTIVE
+        self.error: str = ""
         self._task = task
 
     @property

@@ -160,7 +160,7 @@ class Ticker:
     """
 
     def __init__(self, task: "Task", ticking: PeriodicMethod):
-        self.missed = 0
+        self.missed: int = 0
         self._due_before: int = 0
         self._count: int = 0
         self._task = task

@@ -1,6 +1,6 @@
 """The entities of a vehicle with their ids and states, and the names of the systems around it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from fastcrc import crc16
@@ -53,7 +53,7 @@ class EntityTable:
         self._by_label: dict[str, Entity] = {}
         self.remote_labels: dict[tuple[int, int], str] = {}
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Entity]:
         return iter(sorted(self._by_id.values(), key=lambda entity: entity.id))
 
     def __len__(self) -> int:

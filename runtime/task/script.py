@@ -77,7 +77,7 @@ class Script:
 
     def __init__(self, task: "Task", bus: Bus, function: Callable[..., Coroutine[Any, Any, Any]], *args: Any):
         self.task = task
-        self.done = False
+        self.done: bool = False
         self.result: Any = None
         self._kernel = task.vehicle.kernel
         self.bus = bus

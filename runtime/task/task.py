@@ -61,10 +61,10 @@ class Task(DeviceTask):
         self.vehicle = vehicle
         self.name = name
         self.entity = entity
-        self.system = vehicle.system
-        self.system_name = vehicle.name
-        self.log = Logbook(self)
-        self.parameter_set = ParameterSet(self, dict(self.parameters()))
+        self.system: int = vehicle.system
+        self.system_name: str = vehicle.name
+        self.log: Logbook = Logbook(self)
+        self.parameter_set: ParameterSet = ParameterSet(self, dict(self.parameters()))
         for parameter in self.parameter_set.declarations.values():
             value = parameter.default
             self.parameter_set.set(parameter, list(value) if parameter.is_list else value)

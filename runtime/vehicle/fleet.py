@@ -13,7 +13,7 @@ from runtime.task import Task
 if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
 
-logger = logging.getLogger("shoal.fleet")
+logger: logging.Logger = logging.getLogger("shoal.fleet")
 
 
 class FleetError(ValueError):
@@ -56,7 +56,7 @@ class Fleet:
     """
 
     def __init__(self, clock: Clock):
-        self.kernel = Kernel(clock)
+        self.kernel: Kernel = Kernel(clock)
         self.kernel.on_error = self._failed
         self.kernel.on_slow = self._slow
         self.vehicles: list[Vehicle] = []

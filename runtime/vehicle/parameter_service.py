@@ -29,8 +29,8 @@ class ParameterService(Task):
     tells_all = False
 
     def configure(self) -> None:
-        self.reply_quota = ReplyQuota()
-        self.refusals = LogLimit("more requests about parameters are rejected")
+        self.reply_quota: ReplyQuota = ReplyQuota()
+        self.refusals: LogLimit = LogLimit("more requests about parameters are rejected")
 
     @consume(others=True)
     def set_parameters(self, request: imc.SetEntityParameters) -> None:

@@ -33,9 +33,9 @@ class RealtimeLag:
 
     def __init__(self, vehicle: "Vehicle"):
         self._vehicle = vehicle
-        self.wanted = vehicle.kernel.clock.speed
-        self.speed = self.wanted
-        self.merged = 0.0
+        self.wanted: float = vehicle.kernel.clock.speed
+        self.speed: float = self.wanted
+        self.merged: float = 0.0
         self._all_missed = self._all_due = 0
         self._at: tuple[float, int] | None = None
         self._ticks: dict[str, tuple[int, int]] = {}  # missed and due, by task

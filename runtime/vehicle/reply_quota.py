@@ -16,7 +16,7 @@ class ReplyQuota:
     """
 
     def __init__(self) -> None:
-        self.refused = DropCounter(UNKNOWN_SYSTEM)
+        self.refused: DropCounter[int] = DropCounter(UNKNOWN_SYSTEM)
         self._own = TokenBuckets(RATE, BURST, MOST_ASKERS)
         self._shared = TokenBucket(RATE_OF_ALL, BURST_OF_ALL)
 

@@ -41,7 +41,7 @@ WORK_PATIENCE = 0.3  # s, for offloaded work at the end of a run
 
 T = TypeVar("T", bound=Task)
 
-logger = logging.getLogger("shoal.vehicle")
+logger: logging.Logger = logging.getLogger("shoal.vehicle")
 
 
 class Vehicle:
@@ -77,7 +77,7 @@ class Vehicle:
         self.name = name
         self.system = system
         self.process = process
-        self.systems = SystemTable({**(systems or {}), name: system})
+        self.systems: SystemTable = SystemTable({**(systems or {}), name: system})
         self.profile = profile
         self.seed = seed
         self.keep_going = keep_going
@@ -88,21 +88,21 @@ class Vehicle:
         self.state_folder = state_folder
         self.fleet = fleet
         if fleet is not None and clock is None:
-            self.kernel = fleet.kernel
+            self.kernel: Kernel = fleet.kernel
         elif clock is not None and fleet is None:
             self.kernel = Kernel(clock)
             self.kernel.on_error, self.kernel.on_slow = self.on_task_error, self.on_slow
         else:
             raise TypeError("a vehicle has either a clock or a fleet")
-        self.start_time = self.kernel.now_ns / SECOND
-        self.bus = bus(self.kernel, system)
+        self.start_time: float = self.kernel.now_ns / SECOND
+        self.bus: Bus = bus(self.kernel, system)
         if messages is not None:
             self.bus.set_schema(messages)
-        self.entities = EntityTable(system, entity_ids)
+        self.entities: EntityTable = EntityTable(system, entity_ids)
         self.activations: dict[str, Activation] = {}
-        self.exit_status = 0
+        self.exit_status: int = 0
         self._tasks: dict[str, Task] = {}
-        self.effective_config = EffectiveConfig(profile)
+        self.effective_config: EffectiveConfig = EffectiveConfig(profile)
         self.running: set[str] = set()
         self.failures: dict[str, Backoff] = {}
         self._error: Exception | None = None
@@ -111,9 +111,9 @@ class Vehicle:
         self.journals: InputJournals | None = None
         self.attribute_error: Callable[[object, Exception], Exception] = lambda _, error: error
         self._observers: list[object] = []
-        self.closing = False
-        self.stopped = False
-        self.realtime_lag = None if self.kernel.virtual else RealtimeLag(self)
+        self.closing: bool = False
+        self.stopped: bool = False
+        self.realtime_lag: RealtimeLag | None = None if self.kernel.virtual else RealtimeLag(self)
         daemon = self.add(Daemon, "Daemon")
         assert isinstance(daemon, Daemon)
         self.daemon = daemon

@@ -48,8 +48,8 @@ class ZenohFrames:
     """
 
     def __init__(self, vehicle: str, is_sibling: Callable[[str], bool], warn: Callable[[str], None]) -> None:
-        self.malformed = ErrorCounter("that should be frames of this vehicle were dropped", warn)
-        self.unsent = ErrorCounter("that are frames could not be sent", warn)
+        self.malformed: ErrorCounter = ErrorCounter("that should be frames of this vehicle were dropped", warn)
+        self.unsent: ErrorCounter = ErrorCounter("that are frames could not be sent", warn)
         self._place = f"{PREFIX}/{key_chunk(vehicle)}/@frame"
         self._is_sibling = is_sibling
         self._session: zenoh.Session | None = None

@@ -9,14 +9,14 @@ from support.log_limit import ReportLimit
 
 REPORT_PERIOD = 10.0  # s
 
-logger = logging.getLogger("shoal.zenoh")
+logger: logging.Logger = logging.getLogger("shoal.zenoh")
 
 
 class ErrorCounter:
     """Counts one kind of fault; reports the first one, then at most once in REPORT_PERIOD seconds."""
 
     def __init__(self, what: str, report: Callable[[str], None] = logger.warning) -> None:
-        self.total = 0
+        self.total: int = 0
         self._what = what
         self._report = report
         self._reported = 0

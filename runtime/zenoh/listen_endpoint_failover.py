@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 PERIOD = 0.5  # s
 
-logger = logging.getLogger("shoal.zenoh")
+logger: logging.Logger = logging.getLogger("shoal.zenoh")
 
 
 class ListenEndpointFailover:

@@ -24,7 +24,7 @@ LOCATORS = 0x20  # flag of a HELLO: a list of locators follows
 ROUTERS_AND_PEERS = 0b011
 ROLES: Mapping[str, int] = {"router": 0, "peer": 1, "client": 2}
 
-logger = logging.getLogger("shoal.zenoh")
+logger: logging.Logger = logging.getLogger("shoal.zenoh")
 
 
 def scout_message() -> bytes:

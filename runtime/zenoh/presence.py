@@ -33,7 +33,7 @@ STARTING, RUNNING = "starting", "running"
 MOST_OTHERS = 256
 ELSEWHERE = "192.0.2.1", 9  # an unassigned address (RFC 5737)
 
-logger = logging.getLogger("shoal.zenoh")
+logger: logging.Logger = logging.getLogger("shoal.zenoh")
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ class SessionFactory:
     """
 
     def __init__(self, warn: Callable[[str], None] = lambda _: None) -> None:
-        self.shares = True
+        self.shares: bool = True
         self._warn = warn
         self._silence = LinkTimeout()
 

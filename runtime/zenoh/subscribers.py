@@ -47,9 +47,9 @@ class Subscribers:
         gate: PacketAuthorizer | None,
         warn: Callable[[str], None],
     ) -> None:
-        self.lost = ErrorCounter("of other processes were lost on the way", warn)
-        self.oversize = ErrorCounter("were too large for a packet and were dropped", warn)
-        self.rejected = ErrorCounter("of others that may not send them were dropped", warn)
+        self.lost: ErrorCounter = ErrorCounter("of other processes were lost on the way", warn)
+        self.oversize: ErrorCounter = ErrorCounter("were too large for a packet and were dropped", warn)
+        self.rejected: ErrorCounter = ErrorCounter("of others that may not send them were dropped", warn)
         self._receive = receive
         self._gate = gate
         self._last: dict[tuple[zenoh.ZenohId, int], _Last] = {}

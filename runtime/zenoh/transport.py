@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 CLOSING_TIME = 2.0  # s
 TO_ALL = UNKNOWN_SYSTEM, ANNOUNCED
 
-logger = logging.getLogger("shoal.zenoh")
+logger: logging.Logger = logging.getLogger("shoal.zenoh")
 
 
 class ZenohTransport:
@@ -69,14 +69,14 @@ class ZenohTransport:
         self.config = config
         self._live_systems = LiveSystems()
         vehicles, ids = config.security.vehicles or (), lambda: self._live_systems.ids
-        self.consoles = UnlistedConsoles(consoles, part, warn, self._send_refusal)
+        self.consoles: UnlistedConsoles = UnlistedConsoles(consoles, part, warn, self._send_refusal)
         gate = None
         if part is not None:
             gate = PacketAuthorizer(
                 part, vehicles, ids, system_name, self._is_sibling, system_id, consoles=self.consoles
             )
-        self.subscribers = Subscribers(self._take, gate, warn)
-        self.unsent = ErrorCounter("could not be sent", warn)
+        self.subscribers: Subscribers = Subscribers(self._take, gate, warn)
+        self.unsent: ErrorCounter = ErrorCounter("could not be sent", warn)
         self._part = part
         self._concerns = concerns
         self._speaks_for = speaks_for
@@ -93,7 +93,7 @@ class ZenohTransport:
         self._reliable_queue = ReliableQueue(self.unsent)
         self._queryables: Queryables | None = None
         self._short: dict[tuple[type, int, int, int], Publisher] = {}
-        self.frames = None if part is None else ZenohFrames(part.vehicle, self._is_sibling, warn)
+        self.frames: ZenohFrames | None = None if part is None else ZenohFrames(part.vehicle, self._is_sibling, warn)
         self._receive: Callable[[bytes], None] = lambda _: None
 
     def open(self, receive: Callable[[bytes], None]) -> None:

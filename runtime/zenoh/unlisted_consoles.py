@@ -27,7 +27,8 @@ class UnlistedConsoles:
         warn: Callable[[str], None],
         send: Callable[[int, bytes], object],
     ) -> None:
-        self.rejected = self.dropped = 0
+        self.rejected: int = 0
+        self.dropped: int = 0
         self._consoles = consoles if part is not None else ANYBODY
         self._says = part is not None and part.process == "main"
         self._refusals = OrderRefusals(part.vehicle, part.system) if part is not None else OrderRefusals("", 0)
