@@ -42,12 +42,16 @@ class Boat:
         self.x: float = 0.0
         self.y: float = 0.0
         self.z: float = 0.0
-        self.u, self.v, self.w = 0.0, 0.0, 0.0
-        self.p, self.q, self.r = 0.0, 0.0, 0.0
+        self.u: float = 0.0
+        self.v: float = 0.0
+        self.w: float = 0.0
+        self.p: float = 0.0
+        self.q: float = 0.0
+        self.r: float = 0.0
         self.stream: Vector = (0.0, 0.0, 0.0)
         self.wind: tuple[float, float] = (0.0, 0.0)
-        self.deflections = [0.0] * len(model.rudders)
-        self.actuations = [0.0] * len(model.engines)
+        self.deflections: list[float] = [0.0] * len(model.rudders)
+        self.actuations: list[float] = [0.0] * len(model.engines)
         self._speeds = [0.0] * len(model.engines)
         self._psi = 0.0
 

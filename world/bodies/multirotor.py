@@ -44,14 +44,22 @@ class Multirotor:
 
     def __init__(self, airframe: Airframe):
         self.airframe = airframe
-        self.x = self.y = self.z = 0.0
-        self.vn = self.ve = self.vd = 0.0
-        self.phi = self.theta = self.psi = 0.0
-        self.p = self.q = self.r = 0.0
+        self.x: float = 0.0
+        self.y: float = 0.0
+        self.z: float = 0.0
+        self.vn: float = 0.0
+        self.ve: float = 0.0
+        self.vd: float = 0.0
+        self.phi: float = 0.0
+        self.theta: float = 0.0
+        self.psi: float = 0.0
+        self.p: float = 0.0
+        self.q: float = 0.0
+        self.r: float = 0.0
         self.wind: Vector = (0.0, 0.0, 0.0)
-        self.rotor_speed = 0.0
-        self.touchdown_speed = 0.0
-        self.on_ground = True
+        self.rotor_speed: float = 0.0
+        self.touchdown_speed: float = 0.0
+        self.on_ground: bool = True
         self._roll = self._pitch = self._turn = self._rotors = 0.0
         self._phi_rate = self._theta_rate = self._psi_rate = 0.0
         self._angles: Vector = (0.0, 0.0, 0.0)  # of the last rotation, which step and air_velocity share

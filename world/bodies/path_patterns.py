@@ -22,9 +22,12 @@ class MinimumJerkRamp:
     __slots__ = ("_duration", "_elapsed", "_origin", "_target", "acceleration", "moving", "rate", "value")
 
     def __init__(self, value: float):
-        self.value = self._origin = self._target = value
-        self.rate = self.acceleration = 0.0
-        self.moving = False
+        self.value: float = value
+        self._origin = value
+        self._target = value
+        self.rate: float = 0.0
+        self.acceleration: float = 0.0
+        self.moving: bool = False
         self._duration = 1.0
         self._elapsed = 0.0
 
@@ -73,7 +76,10 @@ class LinePattern:
     depth: float | None = None
 
     def __init__(self, north: float, east: float, course: float, lookahead: float):
-        self.north, self.east, self.course, self.lookahead = north, east, course, lookahead
+        self.north: float = north
+        self.east: float = east
+        self.course: float = course
+        self.lookahead: float = lookahead
 
     def distance_along(self, north: float, east: float) -> float:
         return along_and_across(north - self.north, east - self.east, self.course)[0]
@@ -89,7 +95,10 @@ class CirclePattern:
     depth: float | None = None
 
     def __init__(self, north: float, east: float, radius: float, lookahead: float):
-        self.north, self.east, self.radius, self.lookahead = north, east, radius, lookahead
+        self.north: float = north
+        self.east: float = east
+        self.radius: float = radius
+        self.lookahead: float = lookahead
 
     def guidance_course_and_curvature(self, north: float, east: float) -> tuple[float, float]:
         dn, de = north - self.north, east - self.east

@@ -30,17 +30,27 @@ class PatternMotion:
         self.pattern = pattern
         self.current = current
         self.dive_time = dive_time
-        self.speed = 0.0
-        self.depth_target = 0.0
-        self.max_depth = math.inf
-        self.turn_rate = math.radians(15.0)
-        self.maximum_pitch = math.radians(15.0)
-        self.elapsed = 0.0
-        self.north = self.east = self.depth = 0.0
-        self.phi, self.theta, self.psi = 0.0, 0.0, wrap(heading)
-        self.u = self.v = self.w = 0.0
-        self.vn = self.ve = self.vd = 0.0
-        self.p = self.q = self.r = 0.0
+        self.speed: float = 0.0
+        self.depth_target: float = 0.0
+        self.max_depth: float = math.inf
+        self.turn_rate: float = math.radians(15.0)
+        self.maximum_pitch: float = math.radians(15.0)
+        self.elapsed: float = 0.0
+        self.north: float = 0.0
+        self.east: float = 0.0
+        self.depth: float = 0.0
+        self.phi: float = 0.0
+        self.theta: float = 0.0
+        self.psi: float = wrap(heading)
+        self.u: float = 0.0
+        self.v: float = 0.0
+        self.w: float = 0.0
+        self.vn: float = 0.0
+        self.ve: float = 0.0
+        self.vd: float = 0.0
+        self.p: float = 0.0
+        self.q: float = 0.0
+        self.r: float = 0.0
         self._surge = MinimumJerkRamp(0.0)
         self._dive = MinimumJerkRamp(0.0)
         self._yaw_rate: float = 0.0

@@ -32,7 +32,7 @@ class Coordinates:
 
     def __init__(self, system: Any = None):
         self._system: Any = system
-        self.in_degrees = system is None or system.to_epsg() in (WGS84, ETRS89)
+        self.in_degrees: bool = system is None or system.to_epsg() in (WGS84, ETRS89)
 
     def __str__(self) -> str:
         if self.in_degrees:

@@ -127,7 +127,7 @@ class Tracker:
 
     def __init__(self, accuracy: DetectionAccuracy, habits: TrackerSettings | None = None):
         self.accuracy = accuracy
-        self.settings = habits or TrackerSettings()
+        self.settings: TrackerSettings = habits or TrackerSettings()
         self.tracks: list[ObjectTrack] = []
         self._last_id = 0
         self._markers: set[int | None] = set()

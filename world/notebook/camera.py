@@ -60,22 +60,26 @@ class Camera(Sensor):
         if optics is not None and fidelity == "original":
             raise ValueError("the original camera has no optics but its field of view")
         self.fns: list[Tick] = [tick] if tick else []
-        self.fps, self.size, self.hfov, self.pxnoise_std = fps, tuple(size), np.radians(hfovd), pxnoise
+        self.fps: float = fps
+        self.size: tuple[int, ...] = tuple(size)
+        self.hfov: float = np.radians(hfovd)
+        self.pxnoise_std: float = pxnoise
         width, height = self.size
-        self.f_px = f = (width / 2) / np.tan(self.hfov / 2)
-        self.optics = optics or PinholeModel(width, height, f, f, width / 2, height / 2)
+        f = (width / 2) / np.tan(self.hfov / 2)
+        self.f_px: float = f
+        self.optics: CameraModel | PinholeModel = optics or PinholeModel(width, height, f, f, width / 2, height / 2)
         at = self.optics
         self.K = np.array([[at.fx, 0, at.cx], [0, at.fy, at.cy], [0, 0, 1]])
         self.meas: Points | None = None
-        self.visible = np.zeros(0, np.bool_)
-        self.fresh = False
-        self.ticks = 0
+        self.visible: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        self.fresh: bool = False
+        self.ticks: int = 0
         self._pace = Pace(fps, "fps")
         self.set_transformation()
 
     def set_transformation(self, t: Any = None, R: Any = None) -> None:
         """Mount the camera at `t` (m, body), with `R` (3, 3) from the body to its frame: x right, y down, z ahead."""
-        self.t = np.zeros((3, 1)) if t is None else np.array([triple(t, "t")]).T
+        self.t: NDArray[np.float64] = np.zeros((3, 1)) if t is None else np.array([triple(t, "t")]).T
         self.R = np.eye(3) if R is None else np.asarray(R, np.float64)
         square = self.R.shape == (3, 3) and np.allclose(self.R @ self.R.T, np.eye(3), rtol=0.0, atol=ROUNDING)
         if not square or np.linalg.det(self.R) < 0.0:  # a mirror

@@ -67,9 +67,10 @@ class GPS(Sensor):
         super().__init__(name, seed=seed)
         if receiver not in RECEIVERS:
             raise ValueError(f"receiver {receiver!r} is not one of {', '.join(RECEIVERS)}")
-        self.receiver = kind = RECEIVERS[receiver]
+        kind = RECEIVERS[receiver]
+        self.receiver: Receiver = kind
         self.max_depth = max_depth
-        self.fresh = False
+        self.fresh: bool = False
         self._place, self._pace = triple(t, "t"), Pace(kind.rate, "rate")
         self._last: GpsReading | None = None
         self._waiting: deque[tuple[float, GpsReading]] = deque()

@@ -49,7 +49,8 @@ class Inertial(Sensor):
         super().__init__(name, seed=seed)
         if part not in (*DENSITIES, *IMU_PARTS):
             raise ValueError(f"part {part!r} is not one of {', '.join((*DENSITIES, *IMU_PARTS))}")
-        self.part, self.gravity = part, gravity
+        self.part: str = part
+        self.gravity: float = gravity
         self._mount = Pose(*triple(t, "t"), *triple(angles, "angles"))
         self._last: BodyMotion | None = None
 

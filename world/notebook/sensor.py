@@ -24,7 +24,7 @@ class Sensor:
             raise ValueError(f"fidelity {fidelity!r} is not one of {', '.join(FIDELITIES)}")
         self.name = name
         self.fidelity = fidelity
-        self.random = Generator(PCG64(SeedSequence([seed, crc32(name.encode())])))
+        self.random: Generator = Generator(PCG64(SeedSequence([seed, crc32(name.encode())])))
 
     def __str__(self) -> str:
         return self.name

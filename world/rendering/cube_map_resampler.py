@@ -21,7 +21,7 @@ class CubeMapAssembler:
     """
 
     def __init__(self, optics: CameraModel, views: int, interpolation: str = "nearest"):
-        self.face_rotations = face_rotations(views)
+        self.face_rotations: NDArray[np.float64] = face_rotations(views)
         self.optics = optics
         self._interpolation = interpolation
         self._width = 0

@@ -44,7 +44,8 @@ class DepthImage:
     """Distances to a relief: by a lattice of rays, finer where the ground bends, and by pixels where it is rough."""
 
     def __init__(self, optics: CameraModel, rays: PixelRays, relief: SeabedIntersector):
-        self.relief, self._rays = relief, rays
+        self.relief: SeabedIntersector = relief
+        self._rays = rays
         self._width, self._turns = finest_face_width(optics), face_rotations(FACES)
         lookup = RemapTable(optics, self._width, FACES)
         self._lattice = lattice = RayGrid(self._width, self._turns, list(zip(lookup.rows, lookup.columns, strict=True)))

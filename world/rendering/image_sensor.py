@@ -91,8 +91,9 @@ class Shutter:
 
     def __init__(self, camera: SceneCamera, exposure: Exposure, bands: int = 16):
         self.exposure = exposure
-        self.bands = min(bands, camera.optics.height) if exposure.readout else 1
-        self.camera, self.cameras = camera, camera.split_into_bands(self.bands)
+        self.bands: int = min(bands, camera.optics.height) if exposure.readout else 1
+        self.camera: SceneCamera = camera
+        self.cameras: tuple[SceneCamera, ...] = camera.split_into_bands(self.bands)
 
     @property
     def band_times(self) -> Floats:

@@ -101,8 +101,10 @@ class Labeler:
         landscape: SeabedAndWalls | None = None,
     ):
         check_scene_name(scene)
-        self.optics, self.mount, self.scene = optics, mount, scene
-        self.landscape = landscape or SeabedAndWalls()
+        self.optics: CameraModel = optics
+        self.mount: Pose = mount
+        self.scene: str = scene
+        self.landscape: SeabedAndWalls = landscape or SeabedAndWalls()
         self._rays = PixelRays(optics)
         relief = self.landscape.relief
         self._ranging = None if relief is None else DepthImage(optics, self._rays, relief)

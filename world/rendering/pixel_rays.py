@@ -23,7 +23,8 @@ class PixelRays:
     """
 
     def __init__(self, optics: CameraModel):
-        self.width, self.height = optics.width, optics.height
+        self.width: int = optics.width
+        self.height: int = optics.height
         rays, covered = optics.pixel_rays()
         self.covered: Bools = covered.ravel()
         self.directions: Floats = np.ascontiguousarray(rays.reshape(-1, 3).T)

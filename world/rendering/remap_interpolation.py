@@ -3,6 +3,7 @@
 import importlib
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +34,15 @@ class NearestResampler:
     """The nearest pixel of the face."""
 
     def __init__(self, lookup: RemapTable):
-        self.shape, self.pixels = lookup.shape, _pixels(lookup)
+        self.shape: tuple[int, int] = lookup.shape
+        self.pixels: int = _pixels(lookup)
         last = lookup.face_width - 1
         column, row = (np.empty(self.shape, dtype=np.int64) for _ in range(2))
         for start in range(0, len(column), STRIP):
             rows = slice(start, start + STRIP)
             for found, place in ((column, lookup.u), (row, lookup.v)):
                 found[rows] = np.minimum(np.fmax(np.floor(place[rows] + 0.5), 0.0), last)  # 0 in place of NaN
-        self.index = _index(lookup, column, row)
+        self.index: NDArray[np.int64] = _index(lookup, column, row)
 
     def __call__(self, atlas: Atlas) -> Image:
         _check(atlas, self.pixels)
@@ -54,11 +56,15 @@ class BilinearResampler:
     """The four nearest pixels of the same face, blended in NumPy: two channels at a time in the halves of a word."""
 
     def __init__(self, lookup: RemapTable):
-        self.shape, self.pixels, self.width = lookup.shape, _pixels(lookup), lookup.face_width
+        self.shape: tuple[int, int] = lookup.shape
+        self.pixels: int = _pixels(lookup)
+        self.width: int = lookup.face_width
         last = lookup.face_width - 1
         u, v = (np.clip(np.nan_to_num(a), 0, last) for a in (lookup.u, lookup.v))
         column, row = (np.clip(np.floor(a), 0, max(0, last - 1)).astype(np.int64) for a in (u, v))
-        self.corner = _index(lookup, column, row)
+        self.corner: NDArray[np.int64] = _index(lookup, column, row)
+        self.right: NDArray[np.uint32]
+        self.below: NDArray[np.uint32]
         self.right, self.below = (np.rint(a.ravel() * 256).astype(np.uint32) for a in (u - column, v - row))
 
     def __call__(self, atlas: Atlas) -> Image:
@@ -80,12 +86,14 @@ class OpencvResampler:
     """The four nearest pixels of the same face, blended by OpenCV."""
 
     def __init__(self, lookup: RemapTable):
-        self.cv2 = importlib.import_module("cv2")
-        self.shape, self.pixels, self.width = lookup.shape, _pixels(lookup), lookup.face_width
+        self.cv2: Any = importlib.import_module("cv2")
+        self.shape: tuple[int, int] = lookup.shape
+        self.pixels: int = _pixels(lookup)
+        self.width: int = lookup.face_width
         last, nowhere = lookup.face_width - 1, -10.0
         below = np.clip(lookup.v, 0, last) + lookup.face.astype(np.float64) * lookup.face_width
-        self.x = np.nan_to_num(np.clip(lookup.u, 0, last), nan=nowhere).astype(np.float32)
-        self.y = np.nan_to_num(below, nan=nowhere).astype(np.float32)
+        self.x: NDArray[np.float32] = np.nan_to_num(np.clip(lookup.u, 0, last), nan=nowhere).astype(np.float32)
+        self.y: NDArray[np.float32] = np.nan_to_num(below, nan=nowhere).astype(np.float32)
 
     def __call__(self, atlas: Atlas) -> Image:
         _check(atlas, self.pixels)

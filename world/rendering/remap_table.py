@@ -45,16 +45,19 @@ class RemapTable:
     def __init__(self, optics: CameraModel, face_width: int, faces: int = 5):
         if face_width < 1:
             raise ValueError(f"a face of {face_width} px has no pixels")
-        self.shape = optics.height, optics.width
+        self.shape: tuple[int, int] = optics.height, optics.width
         self.face_width = face_width
         self.faces = faces
-        self.face = np.empty(self.shape, np.int8)
-        self.u, self.v = np.empty(self.shape), np.empty(self.shape)
+        self.face: NDArray[np.int8] = np.empty(self.shape, np.int8)
+        self.u: NDArray[np.float64] = np.empty(self.shape)
+        self.v: NDArray[np.float64] = np.empty(self.shape)
         turns, spans = face_rotations(faces), np.tile((np.inf, -np.inf), (faces, 2, 1))
         rays, inside = optics.pixel_rays()
         for first in range(0, optics.height, STRIP):
             rows = slice(first, first + STRIP)
             self._fill(rows, np.ascontiguousarray(np.moveaxis(rays[rows], -1, 0)), inside[rows], turns, spans)
+        self.columns: tuple[tuple[int, int], ...]
+        self.rows: tuple[tuple[int, int], ...]
         self.columns, self.rows = (tuple(self._span(*ends) for ends in spans[:, axis].tolist()) for axis in (0, 1))
 
     @property

@@ -61,13 +61,18 @@ class Renderer:
     ):
         self.scene = scene
         self.width = width
-        self.faces = face_rotations(faces)
+        self.faces: NDArray[np.float64] = face_rotations(faces)
+        self.rows: tuple[tuple[int, int], ...]
+        self.columns: tuple[tuple[int, int], ...]
         self.rows, self.columns = (tuple(some) or ((0, width),) * faces for some in (rows, columns))
-        self.mount, self.lamps = mount, tuple(lamps)
-        self.snow, self.caustics = snow, caustics
-        self.caster, self.terrain = PlaneCaster(width), None
-        self.windows = list(zip(self.rows, self.columns, strict=True))
-        self.landscape = landscape or SeabedAndWalls()
+        self.mount: Pose = mount
+        self.lamps: tuple[Lamp, ...] = tuple(lamps)
+        self.snow: MarineSnow | None = snow
+        self.caustics: Caustics | None = caustics
+        self.caster: PlaneCaster = PlaneCaster(width)
+        self.terrain: SeabedRenderer | None = None
+        self.windows: list[tuple[tuple[int, int], tuple[int, int]]] = list(zip(self.rows, self.columns, strict=True))
+        self.landscape: SeabedAndWalls = landscape or SeabedAndWalls()
         if self.landscape.relief is not None and isinstance(scene, SeabedScene):
             self.terrain = SeabedRenderer(self.landscape.relief, width, self.faces, self.windows)
 

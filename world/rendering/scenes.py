@@ -75,22 +75,27 @@ class ScenePose:
 class SeabedScene:
     """Rippled sand below, the waves of the sea surface above, and water in between."""
 
-    visibility = 20.0
+    visibility: float = 20.0
 
     def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
-        self.water = (
+        self.water: scene_colors.OpticalMedium = (
             scene_colors.jerlov_water(water, sun.path_factor_under_water)
             if water
             else scene_colors.green_water(visibility, sun.path_factor_under_water)
         )
-        self.sun, self.lux = sun.direction_under_water, sun.lux
+        self.sun: Vector = sun.direction_under_water
+        self.lux: float = sun.lux
         sand, swell, ground = procedural_textures.underwater_textures(seed)
-        self.bottom_layers = TextureLayer(ground, 0.0625, 1.1), TextureLayer(sand, 0.012, 0.3)
-        self.surface_layers = TextureLayer(swell, 0.02, 0.5, 0.7), TextureLayer(swell, 0.083, 0.9, 1.6)
-        self.bottom_colors, self.surface_colors = (
-            scene_colors.sand_palette(),
-            scene_colors.surface_palette_from_below(waves.roughness),
+        self.bottom_layers: tuple[TextureLayer, TextureLayer] = (
+            TextureLayer(ground, 0.0625, 1.1),
+            TextureLayer(sand, 0.012, 0.3),
         )
+        self.surface_layers: tuple[TextureLayer, TextureLayer] = (
+            TextureLayer(swell, 0.02, 0.5, 0.7),
+            TextureLayer(swell, 0.083, 0.9, 1.6),
+        )
+        self.bottom_colors: Floats = scene_colors.sand_palette()
+        self.surface_colors: Floats = scene_colors.surface_palette_from_below(waves.roughness)
 
     def planes(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[TexturedPlane, TexturedPlane]:
         """The planes below and above the camera, also by the light of lamps."""
@@ -242,16 +247,23 @@ class SeabedScene:
 class SeaSurfaceScene:
     """A wind sea below, sky and clouds above."""
 
-    visibility = 20e3
+    visibility: float = 20e3
 
     def __init__(self, visibility: float, seed: int, waves: SeaState, sun: Sun, water: str = ""):
-        self.air = scene_colors.hazy_air(visibility)
-        self.sun, self.brightness = sun.direction, min(1.0, sun.lux / scene_colors.DARKEST)
+        self.air: scene_colors.OpticalMedium = scene_colors.hazy_air(visibility)
+        self.sun: Vector = sun.direction
+        self.brightness: float = min(1.0, sun.lux / scene_colors.DARKEST)
         swell, sky = procedural_textures.wave_and_cloud_textures(seed)
-        self.sea_layers = TextureLayer(swell, 0.045, 0.4, 1.2), TextureLayer(swell, 0.31, 0.75, 3.4)
-        self.sky_layers = TextureLayer(sky, 3.0, 0.2, 6.0), TextureLayer(sky, 11.0, 1.3, 6.0)
-        self.sea_colors = scene_colors.surface_palette_from_above(waves.roughness)
-        self.sky_words = scene_colors.rgba_words(self._hazy(scene_colors.cloud_palette(), CLOUDS))
+        self.sea_layers: tuple[TextureLayer, TextureLayer] = (
+            TextureLayer(swell, 0.045, 0.4, 1.2),
+            TextureLayer(swell, 0.31, 0.75, 3.4),
+        )
+        self.sky_layers: tuple[TextureLayer, TextureLayer] = (
+            TextureLayer(sky, 3.0, 0.2, 6.0),
+            TextureLayer(sky, 11.0, 1.3, 6.0),
+        )
+        self.sea_colors: Floats = scene_colors.surface_palette_from_above(waves.roughness)
+        self.sky_words: NDArray[np.uint32] = scene_colors.rgba_words(self._hazy(scene_colors.cloud_palette(), CLOUDS))
 
     def planes(self, pose: ScenePose, lights: Sequence[LampBeam] = ()) -> tuple[TexturedPlane, TexturedPlane]:
         """The planes below and above the camera; lamps do not shine so far."""

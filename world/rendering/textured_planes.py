@@ -54,10 +54,10 @@ class PlaneCaster:
 
     def __init__(self, width: int):
         self.width = width
-        self.axis = pixel_axis(width)
+        self.axis: NDArray[np.float32] = pixel_axis(width)
         length = np.sqrt(1 + self.axis[np.newaxis, :] ** 2 + self.axis[:, np.newaxis] ** 2)
         # Times the height of the ray through a pixel, this is its row of the palette: the sine of its elevation * ROWS.
-        self.steps = (ROWS / length).astype(np.float32)
+        self.steps: NDArray[np.float32] = (ROWS / length).astype(np.float32)
 
     def draw_planes(
         self,
@@ -101,7 +101,9 @@ class PlaneShader:
     def __init__(self, caster: PlaneCaster, plane: TexturedPlane, position: tuple[float, float], time: float):
         self.caster = caster
         self.plane = plane
-        self.prints = [TextureSampler(layer, plane, 2 / caster.width, position, time) for layer in plane.layers]
+        self.prints: list[TextureSampler] = [
+            TextureSampler(layer, plane, 2 / caster.width, position, time) for layer in plane.layers
+        ]
 
     def shade(self, out: Words, turn: NDArray[np.float64], strip: Strip, height: Floats) -> None:
         """Colors pixels whose rays, of length 1 along the face's axis, approach the plane by `height` > 0."""
@@ -144,20 +146,21 @@ class TextureSampler:
     def __init__(
         self, layer: TextureLayer, plane: TexturedPlane, pixel: float, position: tuple[float, float], time: float
     ):
+        self.stride: int
         size, self.stride = layer.pyramid.shape
-        self.mask = size - 1
-        self.pyramid = layer.pyramid
-        self.bends = layer.pyramid.dtype == np.uint16
+        self.mask: int = size - 1
+        self.pyramid: NDArray[np.uint8] | NDArray[np.uint16] = layer.pyramid
+        self.bends: bool = layer.pyramid.dtype == np.uint16
         cos, sin = math.cos(layer.heading) / layer.texel, math.sin(layer.heading) / layer.texel
         axes = np.array([[-sin, cos, 0.0], [cos, sin, 0.0]])
-        self.axes = axes * plane.distance
+        self.axes: NDArray[np.float64] = axes * plane.distance
         origin = axes[:, :2] @ np.array(position) + (layer.drift * time / layer.texel, 0.0)
         self.axes[:, 2] = plane.side * (origin % size + FAR)
         sine = (np.arange(ROWS) + 0.5) / ROWS
         # A compromise: the extent of a pixel grows with sine**-2 along the view, with sine**-1 across it.
         footprint = pixel * plane.distance / layer.texel * sine**-1.75
-        self.coarsest = size.bit_length() - 1
-        self.level = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, self.coarsest).astype(np.int32)
+        self.coarsest: int = size.bit_length() - 1
+        self.level: NDArray[np.int32] = np.clip(np.ceil(np.log2(footprint) - 0.3), 0, self.coarsest).astype(np.int32)
 
     def sample(self, column: NDArray[np.int32], row: NDArray[np.int32], level: NDArray[np.int32]) -> NDArray[Any]:
         """The texture at whole texels, 2**level times as coarse. Overwrites what it is given."""

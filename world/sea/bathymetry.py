@@ -46,13 +46,13 @@ class Bathymetry:
     ):
         self.reference = reference
         self._radius, self._elsewhere = radius, elsewhere + level
-        self.sampling_step = radius / 4.0
+        self.sampling_step: float = radius / 4.0
         rows: Any = soundings if isinstance(soundings, Sized) else list(soundings)
         self._rows: NDArray[np.float64] = np.array(rows, dtype=np.float64, order="C").reshape(-1, 3)
         self._rows[:, 2] += level
-        self.has_soundings = len(self._rows) > 0
-        self.shallowest = float(self._rows[:, 2].min(initial=self._elsewhere))
-        self.deepest = float(self._rows[:, 2].max(initial=self._elsewhere))
+        self.has_soundings: bool = len(self._rows) > 0
+        self.shallowest: float = float(self._rows[:, 2].min(initial=self._elsewhere))
+        self.deepest: float = float(self._rows[:, 2].max(initial=self._elsewhere))
         keys = _cell_keys(*np.floor(self._rows[:, :2].T / radius))
         self._order = np.argsort(keys, kind="stable")
         self._keys = keys[self._order]

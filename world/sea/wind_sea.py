@@ -47,15 +47,15 @@ class WindSea:
         height = max(waves.height, 1e-9)
         # Of the energy, exp(-1.25 (peak / omega)⁴) is below a frequency.
         below = np.clip(parts, 1e-6, 1.0 - 0.5 / COUNT)
-        self.frequency = 0.4 * math.sqrt(GRAVITY / height) * (1.25 / -np.log(below)) ** 0.25
+        self.frequency: NDArray[np.float64] = 0.4 * math.sqrt(GRAVITY / height) * (1.25 / -np.log(below)) ** 0.25
         angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 1001)
         share = 0.5 + (angle + 0.5 * np.sin(2.0 * angle)) / math.pi
         spread = np.interp((random.permutation(COUNT) + random.uniform(size=COUNT)) / COUNT, share, angle)
-        self.wave_number = self.frequency**2 / GRAVITY
-        self.direction = bearing + math.pi + spread
+        self.wave_number: NDArray[np.float64] = self.frequency**2 / GRAVITY
+        self.direction: NDArray[np.float64] = bearing + math.pi + spread
         self._north, self._east = np.cos(self.direction), np.sin(self.direction)
-        self.phase = random.uniform(0.0, math.tau, COUNT)
-        self.amplitude = 0.25 * waves.height * math.sqrt(2.0 / COUNT)
+        self.phase: NDArray[np.float64] = random.uniform(0.0, math.tau, COUNT)
+        self.amplitude: float = 0.25 * waves.height * math.sqrt(2.0 / COUNT)
 
     def elevation(self, north: float, east: float, time: float) -> float:
         """Height of the surface above its mean (m)."""

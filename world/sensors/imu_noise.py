@@ -118,7 +118,7 @@ class NoisyTriad:
     __slots__ = ("_bias", "density")
 
     def __init__(self, density: NoiseDensity):
-        self.density = density
+        self.density: NoiseDensity = density
         self._bias = (0.0, 0.0, 0.0)
 
     def add_noise(self, value: Vector, interval: float, draws: Sequence[float]) -> Vector:

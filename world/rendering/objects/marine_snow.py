@@ -42,7 +42,7 @@ class MarineSnow:
         self.density = density
         self.seed = seed
         self._cell: tuple[tuple[int, ...], tuple[Floats, Floats]] = (), (np.zeros((3, 0)), np.zeros(0))
-        self.range = min(FARTHEST, (MOST / density * 0.75 / math.pi) ** (1.0 / 3.0))
+        self.range: float = min(FARTHEST, (MOST / density * 0.75 / math.pi) ** (1.0 / 3.0))
 
     def flakes_around(self, north: float, east: float, depth: float, height: float, time: float) -> Flakes:
         """The flakes about a camera `depth` m below the surface and `height` m above the ground, at a time (s)."""

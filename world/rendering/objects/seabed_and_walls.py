@@ -30,8 +30,10 @@ class SeabedAndWalls:
     """A seabed and vertical walls, which reach from the bottom to the surface; without soundings the bottom is flat."""
 
     def __init__(self, seabed: Bathymetry | None = None, walls: Sequence[Wall] = ()):
-        self.relief = SeabedIntersector(seabed) if seabed is not None and seabed.has_soundings else None
-        self.walls = tuple(walls)
+        self.relief: SeabedIntersector | None = (
+            SeabedIntersector(seabed) if seabed is not None and seabed.has_soundings else None
+        )
+        self.walls: tuple[Wall, ...] = tuple(walls)
 
     def height_above_ground(self, north: float, east: float, down: float, flat: float) -> float:
         """Height (m) of a place above the bottom beneath it, which is `flat` without a relief."""

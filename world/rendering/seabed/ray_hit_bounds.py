@@ -26,7 +26,8 @@ class HorizonSectors:
     def __init__(self) -> None:
         bearings = (np.arange(SECTORS) + 0.5) * (math.tau / SECTORS)
         ways = np.arange(RINGS) + 0.5
-        self.north, self.east = np.outer(np.cos(bearings), ways), np.outer(np.sin(bearings), ways)
+        self.north: Floats = np.outer(np.cos(bearings), ways)
+        self.east: Floats = np.outer(np.sin(bearings), ways)
 
 
 def sector_of_rays(north: Floats, east: Floats) -> Places:

@@ -41,7 +41,7 @@ class RayGrid:
 
     def __init__(self, width: int, turns: NDArray[np.float64], windows: Sequence[Window]):
         self.width = width
-        self.cell = 2.0 * PITCH / width
+        self.cell: float = 2.0 * PITCH / width
         self.patches: list[FacePatch] = []
         rays: list[Floats] = [np.empty((3, 0))]
         count = 0

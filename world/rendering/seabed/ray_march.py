@@ -88,9 +88,13 @@ class RayMarch:
     """
 
     def __init__(self, rays: GroundRays, grid: DepthGrid, legs: MarchSpans):
-        self.rays, self.grid, self._legs = rays, grid, legs
+        self.rays: GroundRays = rays
+        self.grid: DepthGrid = grid
+        self._legs = legs
         count = len(rays.down)
-        self.crossing, self.descent, self.crest = np.full(count, np.nan), np.ones(count), np.full(count, np.inf)
+        self.crossing: Floats = np.full(count, np.nan)
+        self.descent: Floats = np.ones(count)
+        self.crest: Floats = np.full(count, np.inf)
         length = legs.last - legs.first
         steps = np.ceil(legs.horizontal * length / (STRIDE * grid.step))
         self._step = length / np.maximum(steps, 2.0)

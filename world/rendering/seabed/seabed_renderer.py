@@ -43,10 +43,12 @@ class SeabedRenderer:
     """The relief in a camera's faces of `width` px, of which `windows` are drawn; `turns` as in RayGrid."""
 
     def __init__(self, relief: SeabedIntersector, width: int, turns: NDArray[np.float64], windows: Sequence[Window]):
-        self.relief, self.width = relief, width
-        self.turns, self.windows = turns, windows
-        self.lattice = RayGrid(width, turns, windows)
-        self.caster = PlaneCaster(width)
+        self.relief: SeabedIntersector = relief
+        self.width: int = width
+        self.turns: NDArray[np.float64] = turns
+        self.windows: Sequence[Window] = windows
+        self.lattice: RayGrid = RayGrid(width, turns, windows)
+        self.caster: PlaneCaster = PlaneCaster(width)
 
     def draw(
         self,
