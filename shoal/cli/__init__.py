@@ -43,7 +43,7 @@ COMMANDS = {
     "new": ("shoal.cli.new", "Create a task, a driver, a vehicle or a scenario, with a test."),
 }
 
-GROUPS = {
+GROUPS: dict[str, tuple[str, ...]] = {
     "Run and simulate": ("run", "mission", "test", "campaign", "fleet"),
     "Reach running vehicles": ("console", "ls", "spy", "record", "send", "plan", "param", "link", "abort"),
     "Use logs": ("log", "replay", "resim", "rewind"),

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import click
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from runtime.task import Parameter
     from support.diagnostics import Problem
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
+json_option: Final = click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 
 
 def print_json(value: object) -> None:

@@ -1,6 +1,7 @@
 """`--messages`: definitions of a user's own messages, for the commands that show or send them."""
 
 from pathlib import Path
+from typing import Final
 
 import click
 
@@ -18,7 +19,7 @@ def _over_builtin(_: click.Context, __: click.Parameter, files: tuple[Path, ...]
     return schema
 
 
-messages_option = click.option(
+messages_option: Final = click.option(
     "--messages",
     "schema",
     multiple=True,

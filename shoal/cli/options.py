@@ -4,6 +4,7 @@ import errno
 import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Final
 
 import click
 
@@ -21,37 +22,37 @@ def _require_virtual(context: click.Context, _: click.Parameter, clock: str | No
         raise click.UsageError(printable(words))
 
 
-virtual_clock_option = click.option("--clock", hidden=True, expose_value=False, callback=_require_virtual)
+virtual_clock_option: Final = click.option("--clock", hidden=True, expose_value=False, callback=_require_virtual)
 """Accepts `--clock virtual`, as `shoal run` has it, for a command with no other clock."""
-config_dir_option = click.option(
+config_dir_option: Final = click.option(
     "-d",
     "--config-dir",
     multiple=True,
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="Search this folder for profiles first.",
 )
-modes_option = click.option(
+modes_option: Final = click.option(
     "-p", "--profiles", multiple=True, help="Modes to select, separated by commas, such as Simulation."
 )
-overrides_option = click.option(
+overrides_option: Final = click.option(
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Override an option; can be repeated."
 )
-values_option = click.option(
+values_option: Final = click.option(
     "--set", "values", multiple=True, metavar="PLACE=VALUE", help="Replace a value of the file; can be repeated."
 )
-code_option = click.option(
+code_option: Final = click.option(
     "--code",
     multiple=True,
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="Folder with tasks of your own; by default the current one, unless it has a log.",
 )
-code_of_log_option = click.option(
+code_of_log_option: Final = click.option(
     "--code",
     multiple=True,
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="Folder with tasks of your own that the log needs; there is no default.",
 )
-log_dir_option = click.option(
+log_dir_option: Final = click.option(
     "--log-dir", default="log", show_default=True, type=click.Path(path_type=Path), help="Folder for logs."
 )
 

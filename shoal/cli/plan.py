@@ -269,7 +269,7 @@ class PlanProgressDisplay:
         from shoal.cli.progress_bar import ProgressBar
 
         bar = ProgressBar(plan, 100.0, amount=TextColumn(""))
-        self.bar = bar if bar.is_live and say is None else None
+        self.bar: ProgressBar | None = bar if bar.is_live and say is None else None
         self._say = say or partial(click.echo, err=True)
 
     def __call__(self, state: imc.PlanControlState) -> None:

@@ -5,7 +5,7 @@ from runtime.vehicle import Build
 from support.diagnostics import Problem
 
 ENGINE, AUTOPILOT = "Plan.Engine", "Control.Autopilot."
-PARTS = {
+PARTS: dict[str, tuple[str, ...]] = {
     "a plan engine": (ENGINE,),
     "a supervisor": ("Supervisors.Vehicle",),
     "maneuvers": ("Maneuver.",),

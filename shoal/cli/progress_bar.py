@@ -21,7 +21,7 @@ class ProgressBar:
         console: Console | None = None,
     ):
         console = Console(stderr=True) if console is None else console
-        self.is_live = console.is_terminal
+        self.is_live: bool = console.is_terminal
         columns = (TextColumn("{task.description}", markup=False), BarColumn(), amount or TaskProgressColumn())
         self._progress = Progress(
             *columns, TimeRemainingColumn(), console=console, transient=True, disable=not self.is_live

@@ -162,4 +162,4 @@ def _quietly(look: Callable[[], list[str]]) -> list[str]:
         return []
 
 
-vehicle_argument = click.argument("vehicle", shell_complete=complete_vehicle)
+vehicle_argument: Final = click.argument("vehicle", shell_complete=complete_vehicle)

@@ -150,7 +150,8 @@ class ReplyDisplay:
     def __init__(
         self, vehicle: AsyncRemoteVehicle, listener: MessageListener, as_json: bool, name: str, *, shows: bool
     ) -> None:
-        self.count, self._shows = 0, shows
+        self.count: int = 0
+        self._shows = shows
         self._name, self._say = name, prefixed(name) if name else click.echo
         self._vehicle, self._listener, self._as_json = vehicle, listener, as_json
 

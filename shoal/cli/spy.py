@@ -141,10 +141,13 @@ class SpyFilter:
     """Filter of the messages to show, and the reason why none was shown."""
 
     def __init__(self, vehicle: AsyncRemoteVehicle, test: Callable[[imc.Message], bool], where: str, labels: list[str]):
-        self.vehicle, self._test, self._labels = vehicle, test, labels or [""]
+        self.vehicle: AsyncRemoteVehicle = vehicle
+        self._test = test
+        self._labels = labels or [""]
         given = {"where": where, "entities": ",".join(labels)}
         self._words = " ".join(f"--{name} {value!r}" for name, value in given.items() if value)
-        self.received = self.accepted = 0
+        self.received: int = 0
+        self.accepted: int = 0
         self._unknown: set[int] = set()
 
     def accepts(self, message: imc.Message) -> bool:

@@ -45,11 +45,11 @@ class StatusDisplay:
         self.title = title
         self.duration = duration
         self.state: imc.EstimatedState | None = None
-        self.mode = ""
-        self.plan = ""
-        self.detections = 0
-        self.mug = ""
-        self.folder = str(vehicle.log_folder or "")  # known already if the run continues from a snapshot
+        self.mode: str = ""
+        self.plan: str = ""
+        self.detections: int = 0
+        self.mug: str = ""
+        self.folder: str = str(vehicle.log_folder or "")  # known already if the run continues from a snapshot
         self._console = Console(highlight=False, emoji=False, soft_wrap=True)
         self._live: Live | None = None
         self._left = False

@@ -157,7 +157,7 @@ class ScenarioRuns:
 
     def __post_init__(self) -> None:
         shown = self.console if self.console.is_terminal else Console(stderr=True)
-        self.bar = ProgressBar("running", len(self.jobs), amount=MofNCompleteColumn(), console=shown)
+        self.bar: ProgressBar = ProgressBar("running", len(self.jobs), amount=MofNCompleteColumn(), console=shown)
 
     @property
     def failed(self) -> list[ScenarioOutcome]:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from typing import Any, Final, Generic, NamedTuple, TypeVar, cast
 
 import click
 
@@ -62,7 +62,7 @@ def _parse_argument(_: click.Context, __: click.Parameter, given: str | tuple[st
     return parse_selection((given,) if isinstance(given, str) else given)
 
 
-vehicles_argument = click.argument("vehicle", callback=_parse_argument, shell_complete=complete_vehicle)
+vehicles_argument: Final = click.argument("vehicle", callback=_parse_argument, shell_complete=complete_vehicle)
 """One word for one or more vehicles."""
 
 

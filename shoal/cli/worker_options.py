@@ -1,17 +1,19 @@
 """Options of the commands that do runs in processes beside their own."""
 
+from typing import Final
+
 import click
 
 from shoal.campaigns import WALL_LIMIT
 from shoal.cli.time_texts import parse_duration_option
 
-workers_option = click.option(
+workers_option: Final = click.option(
     "-j",
     "--workers",
     type=click.IntRange(0),
     help="How many run at a time; with 0 this process does it, and ends none that hangs. [default: one a processor]",
 )
-wall_limit_option = click.option(
+wall_limit_option: Final = click.option(
     "--wall-limit",
     callback=parse_duration_option,
     default=f"{WALL_LIMIT:g} s",

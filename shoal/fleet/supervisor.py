@@ -29,11 +29,11 @@ class ManagedProcess:
 
     def __init__(self, name: str, command: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
         self.name = name
-        self.command = list(command)
+        self.command: list[str] = list(command)
         self.environment = environment
-        self.starts = 0
-        self.ended_well = False
-        self.is_over = False
+        self.starts: int = 0
+        self.ended_well: bool = False
+        self.is_over: bool = False
         self.popen: subprocess.Popen[bytes] | None = None
         self._due = 0.0
         self._backoff = Backoff(1.0, LONGEST_PAUSE, HEALTHY_AFTER)
@@ -121,7 +121,7 @@ class Supervisor:
     """
 
     def __init__(self, processes: Iterable[ManagedProcess], *, restart: bool = True) -> None:
-        self.processes = list(processes)
+        self.processes: list[ManagedProcess] = list(processes)
         self._restart = restart
 
     @property

@@ -40,7 +40,7 @@ class Mission:
         over: Callable[[], object] | None = None,
         estimated: Callable[[Report], object] | None = None,
     ):
-        self.report = Report()
+        self.report: Report = Report()
         self.unsaved: list[OSError] = []
         self._vehicle = vehicle
         flags = imc.PlanControl.Flags.CALIBRATE if calibrate else 0

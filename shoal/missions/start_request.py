@@ -32,8 +32,8 @@ class PlanStartRequest:
         is_vehicle_ready: bool = False,
         is_sent: bool = False,
     ):
-        self.is_vehicle_ready = is_vehicle_ready
-        self.is_sent = is_sent
+        self.is_vehicle_ready: bool = is_vehicle_ready
+        self.is_sent: bool = is_sent
         self._vehicle = vehicle
         self._request = request
         self._patience = patience

@@ -6,7 +6,7 @@ import threading
 from collections.abc import AsyncGenerator, Callable, Coroutine, Generator
 from contextlib import suppress
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar, overload
+from typing import Any, Concatenate, Final, ParamSpec, TypeVar, overload
 
 import imc
 from shoal.network.link import NetworkError
@@ -90,31 +90,31 @@ class _BlockingProxy:
 class RemotePlans(_BlockingProxy):
     """The plans of a vehicle; `progress` is called in the thread of the network."""
 
-    list = _BlockingProxy.blocking(AsyncRemotePlans.list)
-    get = _BlockingProxy.blocking(AsyncRemotePlans.get)
-    put = _BlockingProxy.blocking(AsyncRemotePlans.put)
-    delete = _BlockingProxy.blocking(AsyncRemotePlans.delete)
-    status = _BlockingProxy.blocking(AsyncRemotePlans.status)
-    estimate = _BlockingProxy.blocking(AsyncRemotePlans.estimate)
-    start = _BlockingProxy.blocking(AsyncRemotePlans.start)
-    stop = _BlockingProxy.blocking(AsyncRemotePlans.stop)
+    list: Final = _BlockingProxy.blocking(AsyncRemotePlans.list)
+    get: Final = _BlockingProxy.blocking(AsyncRemotePlans.get)
+    put: Final = _BlockingProxy.blocking(AsyncRemotePlans.put)
+    delete: Final = _BlockingProxy.blocking(AsyncRemotePlans.delete)
+    status: Final = _BlockingProxy.blocking(AsyncRemotePlans.status)
+    estimate: Final = _BlockingProxy.blocking(AsyncRemotePlans.estimate)
+    start: Final = _BlockingProxy.blocking(AsyncRemotePlans.start)
+    stop: Final = _BlockingProxy.blocking(AsyncRemotePlans.stop)
 
 
 class RemoteParameters(_BlockingProxy):
     """The parameters of a vehicle, by the label of the entity; values are texts."""
 
-    entity_ids = _BlockingProxy.blocking(AsyncRemoteParameters.entity_ids)
-    list = _BlockingProxy.blocking(AsyncRemoteParameters.list)
-    get = _BlockingProxy.blocking(AsyncRemoteParameters.get)
-    set = _BlockingProxy.blocking(AsyncRemoteParameters.set)
-    save = _BlockingProxy.blocking(AsyncRemoteParameters.save)
+    entity_ids: Final = _BlockingProxy.blocking(AsyncRemoteParameters.entity_ids)
+    list: Final = _BlockingProxy.blocking(AsyncRemoteParameters.list)
+    get: Final = _BlockingProxy.blocking(AsyncRemoteParameters.get)
+    set: Final = _BlockingProxy.blocking(AsyncRemoteParameters.set)
+    save: Final = _BlockingProxy.blocking(AsyncRemoteParameters.save)
 
 
 class RemoteLogs(_BlockingProxy):
     """The logs of a vehicle."""
 
-    list = _BlockingProxy.blocking(AsyncRemoteLogs.list)
-    fetch = _BlockingProxy.blocking(AsyncRemoteLogs.fetch)
+    list: Final = _BlockingProxy.blocking(AsyncRemoteLogs.list)
+    fetch: Final = _BlockingProxy.blocking(AsyncRemoteLogs.fetch)
 
 
 class RemoteVehicle(_BlockingProxy):
@@ -123,9 +123,9 @@ class RemoteVehicle(_BlockingProxy):
     def __init__(self, portal: LoopThread, vehicle: AsyncRemoteVehicle) -> None:
         super().__init__(portal, vehicle)
         self._vehicle = vehicle
-        self.plan = RemotePlans(portal, vehicle.plan)
-        self.param = RemoteParameters(portal, vehicle.param)
-        self.log = RemoteLogs(portal, vehicle.log)
+        self.plan: RemotePlans = RemotePlans(portal, vehicle.plan)
+        self.param: RemoteParameters = RemoteParameters(portal, vehicle.param)
+        self.log: RemoteLogs = RemoteLogs(portal, vehicle.log)
 
     @property
     def name(self) -> str:
@@ -136,10 +136,10 @@ class RemoteVehicle(_BlockingProxy):
         """Its IMC id."""
         return self._vehicle.id
 
-    latest = _BlockingProxy.blocking(AsyncRemoteVehicle.latest)
-    send = _BlockingProxy.blocking(AsyncRemoteVehicle.send)
-    request = _BlockingProxy.blocking(AsyncRemoteVehicle.request)
-    abort = _BlockingProxy.blocking(AsyncRemoteVehicle.abort)
+    latest: Final = _BlockingProxy.blocking(AsyncRemoteVehicle.latest)
+    send: Final = _BlockingProxy.blocking(AsyncRemoteVehicle.send)
+    request: Final = _BlockingProxy.blocking(AsyncRemoteVehicle.request)
+    abort: Final = _BlockingProxy.blocking(AsyncRemoteVehicle.abort)
 
     @overload
     def messages(self, kind: type[M], /, *, where: str = "") -> Generator[M]: ...

@@ -19,7 +19,7 @@ class MessageListener:
     def __init__(
         self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False
     ) -> None:
-        self.lost = 0
+        self.lost: int = 0
         self.takes_old = takes_old
         self._system = system
         self._kinds = tuple(kinds)

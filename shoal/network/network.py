@@ -61,16 +61,16 @@ class Network:
         report: Callable[[str], object] = lambda _: None,
     ) -> None:
         number = random.SystemRandom().choice(range(OPERATORS.start + 0x1000, OPERATORS.stop - 1))
-        self.console = console or ConsoleIdentity.of_this_program(number)
-        self.links = tuple(links)
+        self.console: ConsoleIdentity = console or ConsoleIdentity.of_this_program(number)
+        self.links: tuple[NetworkLink, ...] = tuple(links)
         self.expects_all = expects_all
-        self.messages = messages or imc.builtin()
-        self.systems = NetworkSystemTable()
+        self.messages: imc.Schema = messages or imc.builtin()
+        self.systems: NetworkSystemTable = NetworkSystemTable()
         self.unknown_drops: dict[tuple[str, str], int] = {}
         self._listeners: list[MessageListener] = []
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
-        self.search = SearchReport(self.links, report, expects_all=expects_all)
+        self.search: SearchReport = SearchReport(self.links, report, expects_all=expects_all)
         self._request = random.SystemRandom().randrange(1, 0xFFFF)
 
     async def __aenter__(self) -> Self:

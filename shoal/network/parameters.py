@@ -31,7 +31,7 @@ class PartialAnswer(NoAnswer):
             f"{system}: no answer from {len(missing)} entities ({named}), though they were asked repeatedly"
         )
         self.found = found
-        self.missing = tuple(missing)
+        self.missing: tuple[str, ...] = tuple(missing)
 
 
 class AsyncRemoteParameters:

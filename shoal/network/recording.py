@@ -36,9 +36,11 @@ class VehicleRecording:
 
     def __init__(self, folder: Path, schema: imc.Schema) -> None:
         self.folder = folder
-        self.count = self.pending = 0
-        self.has_name = False
-        self.first, self.last = math.nan, math.nan
+        self.count: int = 0
+        self.pending: int = 0
+        self.has_name: bool = False
+        self.first: float = math.nan
+        self.last: float = math.nan
         definitions = gzip_schema(schema)
         self._beside = len(definitions)
         folder.mkdir(parents=True)
@@ -101,7 +103,7 @@ class NetworkRecorder:
     ) -> None:
         self.recordings: dict[str, VehicleRecording] = {}
         self.lost: dict[str, int] = {}
-        self.stop = asyncio.Event()
+        self.stop: asyncio.Event = asyncio.Event()
         self._network, self._folder, self._wants = network, folder, wants
         self._kinds = (*kinds, imc.Announce, imc.EntityInfo, imc.EntityList) if kinds else ()
         self._limit, self._report = limit, report

@@ -30,9 +30,9 @@ class AsyncRemoteVehicle:
     def __init__(self, network: Network, system: NetworkSystem) -> None:
         self.network = network
         self.system = system
-        self.plan = AsyncRemotePlans(network, system)
-        self.param = AsyncRemoteParameters(network, system)
-        self.log = AsyncRemoteLogs(network, system)
+        self.plan: AsyncRemotePlans = AsyncRemotePlans(network, system)
+        self.param: AsyncRemoteParameters = AsyncRemoteParameters(network, system)
+        self.log: AsyncRemoteLogs = AsyncRemoteLogs(network, system)
         self._has_asked = False
 
     @property

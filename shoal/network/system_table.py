@@ -227,7 +227,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
 
     def __init__(self) -> None:
         super().__init__()
-        self.changed = asyncio.Event()
+        self.changed: asyncio.Event = asyncio.Event()
 
     def find_or_add(self, name: str) -> NetworkSystem | None:
         """The system of a name; None if there is no room for one more."""

@@ -44,9 +44,11 @@ class TCPLink:
     fragment_size = 0
 
     def __init__(self, places: Collection[Endpoint]) -> None:
-        self.is_far = not all(is_loopback_address(place.address) or place.address == "localhost" for place in places)
+        self.is_far: bool = not all(
+            is_loopback_address(place.address) or place.address == "localhost" for place in places
+        )
         self._lines = [_Connection(place, f"{place} has not answered yet") for place in dict.fromkeys(places)]
-        self.trouble = "; ".join(line.trouble for line in self._lines)
+        self.trouble: str = "; ".join(line.trouble for line in self._lines)
         self._tasks: list[asyncio.Task[None]] = []
 
     @property

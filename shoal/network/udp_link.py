@@ -65,7 +65,7 @@ class UDPLink:
     fragment_size = 1472  # of Ethernet, without the headers of IP and UDP
 
     def __init__(self, places: Collection[Endpoint] = (Endpoint(LOOPBACK, 0),), ports: Sequence[int] = PORTS) -> None:
-        self.trouble = "not open yet"
+        self.trouble: str = "not open yet"
         self._places = tuple(places)
         self._ports = ports
         self._peers: dict[int, _Peer] = {}
@@ -77,8 +77,8 @@ class UDPLink:
         self._own_place: Endpoint | None = None
         self._has_heard = False
         self._rival_heard = 0.0
-        self.deaf = False
-        self.is_far = not all(place.address.startswith("127.") for place in self._places)
+        self.deaf: bool = False
+        self.is_far: bool = not all(place.address.startswith("127.") for place in self._places)
 
     @property
     def discovery_timeout(self) -> float:

@@ -56,8 +56,8 @@ class ZenohLink:
     ) -> None:
         self.name = name
         self._connect = tuple(connect)
-        self.trouble = f"{', '.join(self._connect)} has not answered yet"
-        self.is_far = not all("/127." in endpoint or "/localhost:" in endpoint for endpoint in connect)
+        self.trouble: str = f"{', '.join(self._connect)} has not answered yet"
+        self.is_far: bool = not all("/127." in endpoint or "/localhost:" in endpoint for endpoint in connect)
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )

@@ -91,8 +91,8 @@ class RerunComparison:
 
     def __init__(self, schema: imc.Schema, tolerance: float):
         self.counts: dict[EntityMessage, MessageCount] = {}
-        self.bytes = 0
-        self.packets = 0
+        self.bytes: int = 0
+        self.packets: int = 0
         self.first: FirstDifference | None = None
         self._schema = schema
         self._tolerance = tolerance

@@ -31,7 +31,7 @@ class LoggedBus(Bus):
 
     def __init__(self, kernel: Kernel, system: int):
         super().__init__(kernel, system)
-        self.malformed_in_log = 0
+        self.malformed_in_log: int = 0
         self._names = dict[int, type | None]()
 
     def deliver_log(self, history: LogReplay, schema: imc.Schema, speakers: Callable[[imc.Header], bool]) -> None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from pathlib import Path
 
 import imc
 from runtime.logs import logs_of_run, missing_logs, read_log_run_position
@@ -21,8 +22,8 @@ class LoggedRun:
     def __init__(self, logs: Sequence[imc.Log], gap: str = ""):
         self.logs = logs
         self.gap = gap
-        self.path = logs[-1].path
-        self.schema = logs[-1].schema
+        self.path: Path = logs[-1].path
+        self.schema: imc.Schema = logs[-1].schema
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
         """Offset in its log, and bytes, of each packet."""

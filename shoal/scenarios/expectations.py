@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from imc.expressions import comparison_robustness, displayable_margin, is_unknown, violation_text
-from shoal.scenarios.message_monitor import missing_text
+from imc.expressions import RobustnessFunction, comparison_robustness, displayable_margin, is_unknown, violation_text
+from shoal.scenarios.message_monitor import MessageSlots, missing_text
 from shoal.scenarios.result import ExpectationVerdict
 from shoal.scenarios.run_context import RunContext
 from shoal.scenarios.scenario_condition import ScenarioCondition, depends_on_time
@@ -74,10 +74,12 @@ class ExpectationMonitor(ABC):
         conditions = [c for c in (expected.condition, expected.then, expected.meanwhile) if c is not None]
         self._selectors = [condition.selectors for condition in conditions]
         tests = [c.test for c in (expected.condition, expected.then) if c is not None]
-        self.test, self.then_test = tests[0], tests[-1]
+        self.test: RobustnessFunction = tests[0]
+        self.then_test: RobustnessFunction = tests[-1]
         is_free = expected.begin == 0.0 and expected.end == math.inf and expected.meanwhile is None
         self._latest = context.monitor.add_subscriber(self._selectors, self.update_margin if is_free else self._update)
-        self.latest, self.then_latest = self._latest[0], self._latest[len(tests) - 1]
+        self.latest: MessageSlots = self._latest[0]
+        self.then_latest: MessageSlots = self._latest[len(tests) - 1]
         self.count = 0
 
     def _update(self, now: float) -> None:

@@ -27,7 +27,7 @@ class IncludedFiles(Node):
 
     def __init__(self, where: Node, paths: tuple[Path, ...]):
         super().__init__([], where.file, where.line, where.error)
-        self.paths = paths
+        self.paths: tuple[Path, ...] = paths
 
 
 def read_scenario_tree(path: Path) -> Node:

@@ -59,13 +59,13 @@ class LinkChannel:
     def __init__(self, link: LinkModel, vehicles: Mapping[str, Vehicle], seed: int):
         self.link = link
         self.cuts = 0
-        self.counts = Counter[str]()
+        self.counts: Counter[str] = Counter[str]()
         self.positions: dict[int, imc.SimulatedState] = {}
         self._seed = seed
         systems = [vehicle.system for vehicle in vehicles.values()]
         if len(set(systems)) < len(systems):
             raise FleetError(f"the link {link.name} joins vehicles with the same IMC id: change [IMC Addresses]")
-        self.ends = [LinkEndpoint(self, name, vehicle) for name, vehicle in vehicles.items()]
+        self.ends: list[LinkEndpoint] = [LinkEndpoint(self, name, vehicle) for name, vehicle in vehicles.items()]
         for end in self.ends:
             end.vehicle.bus.attach_transport(end)
             if math.isfinite(link.range) or math.isfinite(link.propagation):

@@ -18,7 +18,7 @@ class ArrivalHistory:
     """
 
     def __init__(self, now_ns: Callable[[], int], window: int):
-        self.count = 0
+        self.count: int = 0
         self.before: list[OnMessage] = []
         self._now_ns = now_ns
         self._window = window

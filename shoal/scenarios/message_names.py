@@ -60,7 +60,7 @@ class ExpressionScope:
 class ScenarioNames(NameScope):
     """The names of one text; `selectors` are what it looks at, by their slots."""
 
-    functions = ("age", "altitude", "count", "held", "rate")
+    functions: tuple[str, ...] = ("age", "altitude", "count", "held", "rate")
 
     def __init__(self, scope: ExpressionScope):
         self.selectors: dict[Selector, int] = {}

@@ -44,7 +44,7 @@ class EnabledTasks:
     """The sections of a profile that run in the modes of a vehicle."""
 
     def __init__(self, profile: Profile, modes: frozenset[str]):
-        self.names = [name for name in profile.config.sections if profile.is_task_enabled(name, modes)]
+        self.names: list[str] = [name for name in profile.config.sections if profile.is_task_enabled(name, modes)]
 
     def sections_of(self, task: str) -> list[str]:
         """The sections of a task, also those with an instance."""

@@ -24,11 +24,11 @@ class RunContext:
         self.fleet = fleet
         self.vehicles = vehicles
         self.seed = seed
-        self.monitor = MessageMonitor(vehicles)
+        self.monitor: MessageMonitor = MessageMonitor(vehicles)
         self.channels: dict[str, LinkChannel] = {}
         self.pending_events: dict[object, str] = {}
         self.warnings: list[str] = []
-        self.temporary_values = TemporaryValues()
+        self.temporary_values: TemporaryValues = TemporaryValues()
         self.event_watchers: dict[str, list[Callable[[], object]]] = {}
         self._faults: dict[str, FaultInjector] = {}
         self._start_ns = fleet.kernel.now_ns

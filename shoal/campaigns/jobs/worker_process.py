@@ -37,11 +37,13 @@ class WorkerProcess:
 
     def __init__(self, make_runner: Callable[[], RunJob], code: Sequence[Path], folder: Path, wall_limit: float):
         self.job: Job | None = None
-        self.deaths = 0
-        self.is_ready = self.has_begun = False
+        self.deaths: int = 0
+        self.is_ready: bool = False
+        self.has_begun: bool = False
         self._wall_limit, self._deadline = wall_limit, float("inf")
         self._folder = Path(tempfile.mkdtemp(prefix=FOLDER_PREFIX, dir=folder))
         fresh = get_context("spawn")
+        self.pipe: Connection
         self.pipe, theirs = fresh.Pipe()
         self._process = fresh.Process(
             target=_process_main, args=(theirs, make_runner, tuple(code), self._folder, wall_limit), daemon=True

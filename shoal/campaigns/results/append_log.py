@@ -29,6 +29,8 @@ class AppendLog:
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_CLOEXEC", 0), 0o644)
         try:
             _lock(self._file, path)
+            self.records: list[Record]
+            self.damaged_lines: int
             self.records, self.damaged_lines = read_append_log(path)
             self._end = _complete_length(path.read_bytes())
             os.ftruncate(self._file, self._end)

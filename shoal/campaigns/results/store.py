@@ -133,7 +133,9 @@ class ResultsWriter:
         self._journal = AppendLog(folder / JOURNAL)
         try:
             if self._journal.records:
-                self.results = _from_records(folder, self._journal.records, self._journal.damaged_lines)
+                self.results: CampaignResults = _from_records(
+                    folder, self._journal.records, self._journal.damaged_lines
+                )
                 if why := explain_mismatch(self.results.metadata, about):
                     raise ResultsError(f"{folder} has {why}; name another folder with -o")
                 self.results.rows = {run: row for run, row in self.results.rows.items() if is_finished(row)}

@@ -67,7 +67,7 @@ class SystemLogWriter:
 
     def __init__(self, writer: LsfWriter, name: str, log: str) -> None:
         self.name = name
-        self.count = 0
+        self.count: int = 0
         self._writer = writer
         self._log = log
         self._id = _address(name)

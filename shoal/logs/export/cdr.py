@@ -48,8 +48,8 @@ class CdrRecords:
             formats.append(f"<{NUMPY[code]}" if len(item) == 2 else f"{count}<{NUMPY[code]}")
             offsets.append(len(template))
             template += bytes(count * SIZES[code])
-        self.size = len(template)
-        self.data_size = self.size - place
+        self.size: int = len(template)
+        self.data_size: int = self.size - place
         self._template = bytes(template)
         self._dtype = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": self.size})
 

@@ -74,7 +74,7 @@ class SystemDetections:
         good = np.isfinite(columns).all(axis=1) & np.isfinite(states["timestamp"])
         self._times, self._columns = states["timestamp"][good], columns[good]
         found = found[np.isfinite(found["timestamp"] + found["x"] + found["y"])]
-        self.spots = list(self._spots(found[np.argsort(found["timestamp"], kind="stable")]))
+        self.spots: list[DetectionPoint] = list(self._spots(found[np.argsort(found["timestamp"], kind="stable")]))
         self._spot_times = np.array([spot.time for spot in self.spots])
 
     def _spots(self, found: Array) -> Iterator[DetectionPoint]:

@@ -41,7 +41,7 @@ class McapChunk:
     """Messages that are compressed together."""
 
     def __init__(self) -> None:
-        self.size = 0
+        self.size: int = 0
         self._parts: list[bytes] = []
         self._places: list[MessageIndex] = []
         self._single: list[tuple[int, int, int]] = []

@@ -69,7 +69,7 @@ UNITS = {
 }
 """IMC units that UDUNITS, and so CF, writes differently or lacks."""
 
-KINDS = {
+KINDS: dict[str, type[np.generic]] = {
     "int8_t": np.int8,
     "uint8_t": np.uint8,
     "int16_t": np.int32,

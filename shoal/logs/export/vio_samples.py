@@ -17,7 +17,7 @@ from support.wgs84_arrays import displacement
 
 TRIAD = ("timestamp", "src", "src_ent", "x", "y", "z")
 STATE = ("timestamp", "src", "src_ent", "lat", "lon", "height", "x", "y", "z", "phi", "theta", "psi", "u", "v", "w")
-FIELDS = {
+FIELDS: dict[str, tuple[str, ...]] = {
     "AngularVelocity": TRIAD,
     "Acceleration": TRIAD,
     "SimulatedState": (*STATE, "svx", "svy", "svz"),

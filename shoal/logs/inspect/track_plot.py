@@ -26,8 +26,8 @@ class MapScale:
 
     def __init__(self, north: Array, east: Array):
         wide, high = WIDTH - 2 * MARGIN, HEIGHT - 2 * MARGIN
-        self.span = max(float(np.ptp(east)) / wide, float(np.ptp(north)) / high, SMALLEST / high)
-        self.middle = (float(north.min() + north.max()) / 2, float(east.min() + east.max()) / 2)
+        self.span: float = max(float(np.ptp(east)) / wide, float(np.ptp(north)) / high, SMALLEST / high)
+        self.middle: tuple[float, float] = (float(north.min() + north.max()) / 2, float(east.min() + east.max()) / 2)
 
     def x(self, east: Array | float) -> Array:
         return WIDTH / 2 + (np.asarray(east) - self.middle[1]) / self.span
