@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from tests.command import shoal
+from tests.test_public_interface import MODULES
 
 ROOT = Path(__file__).parent.parent
 PARTS = ("tests", "heavy", "computing", "checks")
@@ -83,6 +84,12 @@ def test_what_fails_in_ci_fails_it_and_is_not_repeated(failing, ci_run):
 
 def test_ci_names_its_parts_if_one_is_unknown(ci_run):
     assert ci_run("tets") == (2, [])
+
+
+def test_continuous_integration_verifies_the_types_of_each_public_package():
+    run = (ROOT / ".ci/run").read_text()
+    (packages,) = re.findall(r"for package in ([\w ]+); do\n +pyright --verifytypes \$package", run)
+    assert {name.split(".")[0] for name in MODULES} <= set(packages.split())
 
 
 def test_each_command_of_pre_commit_is_in_the_dev_extra():

@@ -128,9 +128,9 @@ class AlwaysMonitor(ExpectationMonitor):
     A sample without its message counts neither way; a value that is not a number fails.
     """
 
-    least = math.inf
-    time = math.nan
-    failed_at = math.nan
+    least: float = math.inf
+    time: float = math.nan
+    failed_at: float = math.nan
 
     def update_margin(self, now: float) -> None:
         margin = self.test(self.latest, math.nan)
@@ -154,9 +154,9 @@ class AlwaysMonitor(ExpectationMonitor):
 class EventuallyMonitor(ExpectationMonitor):
     """The condition holds at one time at least; its margin is the largest."""
 
-    most = -math.inf
-    time = math.nan
-    met_at = math.nan
+    most: float = -math.inf
+    time: float = math.nan
+    met_at: float = math.nan
 
     def update_margin(self, now: float) -> None:
         margin = self.test(self.latest, math.nan)
@@ -185,10 +185,10 @@ class EventuallyMonitor(ExpectationMonitor):
 class UntilMonitor(ExpectationMonitor):
     """The condition holds at one time, and `then` at all times before it."""
 
-    held = math.inf
-    broken_at = math.nan
-    best = -math.inf
-    time = math.nan
+    held: float = math.inf
+    broken_at: float = math.nan
+    best: float = -math.inf
+    time: float = math.nan
 
     def update_margin(self, now: float) -> None:
         if now > self.expected.begin + self.expected.within:
