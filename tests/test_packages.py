@@ -1,10 +1,12 @@
 """What is installed: our packages and nothing else, and the versions that the tests need."""
 
 import re
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
 
+from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -53,6 +55,14 @@ def test_the_wheel_has_our_packages(tmp_path):
     sources = {str(path.relative_to(ROOT)) for package in PACKAGES for path in (ROOT / package).rglob("*.py")}
     assert {name for name in names if name.endswith(".py")} == sources
     assert {name for name in names if name.endswith("/py.typed")} == {f"{package}/py.typed" for package in PACKAGES}
+
+
+def test_the_source_archive_has_all_that_its_tests_read(tmp_path):
+    (archive,) = SdistBuilder(str(ROOT)).build(directory=str(tmp_path))
+    with tarfile.open(archive) as opened:
+        names = {name.partition("/")[2].partition("/")[0] for name in opened.getnames()}
+    read = {".ci", ".github", ".pre-commit-config.yaml", "CITATION.cff", "CONTRIBUTING.md", "SECURITY.md"}
+    assert {*PACKAGES, "bench", "docs", "etc", "tests", *read} <= names
 
 
 def test_each_package_that_the_tests_need_has_one_version():
