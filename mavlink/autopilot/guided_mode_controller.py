@@ -155,31 +155,16 @@ class ModeController:
         if not self.armed:
             self._begin(GuidedGoal.NONE, now)
             return
-        if self.goal is GuidedGoal.HOLD:
-            wanted = self._hold(vehicle)
-        elif self._ending == "disarm" and not vehicle.flies:
+        ending = "hold" if self.goal is GuidedGoal.HOLD else self._ending
+        if ending == "disarm" and not vehicle.flies:
             self._arm(now, 0)
             return
-        else:
-            wanted = self._end(vehicle)
+        wanted = self._unless_refused(*vehicle.ending_modes(ending))
         if self._reached is not None and self.mode != wanted:
             self._warn("another mode was chosen: Shoal does not steer now")
             self._begin(GuidedGoal.NONE, now)
             return
         self._enter_mode(now, wanted)
-
-    def _end(self, vehicle: SteeredVehicle) -> int:
-        """The mode that ends a flight."""
-        if self._ending == "hold":
-            return self._hold(vehicle)
-        if self._ending != "return" and vehicle.land is not None:
-            return vehicle.land
-        if self._ending == "return" or vehicle.flies:
-            return self._unless_refused(vehicle.back, vehicle.land)
-        return self._hold(vehicle)
-
-    def _hold(self, vehicle: SteeredVehicle) -> int:
-        return self._unless_refused(vehicle.hold, vehicle.instead)
 
     def _unless_refused(self, wanted: int, instead: int | None) -> int:
         """A mode; another one once it has been rejected, as without a position."""

@@ -47,6 +47,14 @@ class SteeredVehicle:
         """The mode in which it is armed and takes off."""
         return self.hold if self.px4 else self.guided
 
+    def ending_modes(self, ending: str) -> tuple[int, int | None]:
+        """The mode that ends a flight by hold, return, land or disarm, and the one for when that is rejected."""
+        if ending in ("land", "disarm") and self.land is not None:
+            return self.land, None
+        if ending == "return" or (ending != "hold" and self.flies):
+            return self.back, self.land
+        return self.hold, self.instead
+
 
 COPTER = SteeredVehicle("copter", guided=4, hold=17, back=6, mission=3, land=9, instead=9, flies=True)
 FIXED_WING = SteeredVehicle(

@@ -279,9 +279,7 @@ class Vehicle:
         if entity is None or entity is self.daemon.entity or entity.process:
             return True
         if self.process and isinstance(message, imc.EntityInfo | imc.EntityState):
-            return (
-                False  # the main process speaks for all entities in a new log, and for those of a process that starts
-            )
+            return False  # the main process speaks for all entities in a new log, and of a process that starts
         if not self.bus.refused:
             self.daemon.log.warning(
                 f"another process publishes as {entity.label} of {self.name}; its packets are ignored. Is the vehicle "
