@@ -1,4 +1,4 @@
-"""The other processes of a vehicle, in its main one: which run, and their entities."""
+"""The other processes of a vehicle: which run, their entities, and as which they may publish."""
 
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,21 @@ if TYPE_CHECKING:
     from runtime.vehicle.vehicle import Vehicle
 
 STARTING_TIME = 20.0  # s until a process that does not appear has failed
+
+
+def may_publish(vehicle: "Vehicle", message: imc.Message) -> bool:
+    """Whether another process may publish a message as its entity: not if that runs here, which is warned of once."""
+    entity = vehicle.entities.by_id(message.src_ent)
+    if entity is None or entity is vehicle.daemon.entity or entity.process:
+        return True
+    if vehicle.process and isinstance(message, imc.EntityInfo | imc.EntityState):
+        return False  # the main process speaks for all entities in a new log, and for those of a process that starts
+    if not vehicle.bus.refused:
+        vehicle.daemon.log.warning(
+            f"another process publishes as {entity.label} of {vehicle.name}; its packets are ignored. Is the vehicle "
+            "running twice? Give one of them another name (-V), or another bus"
+        )
+    return False
 
 
 class ProcessMonitor:

@@ -3,7 +3,7 @@
 import logging
 import traceback
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,6 +27,7 @@ from runtime.task import (
 from runtime.vehicle.daemon import Daemon
 from runtime.vehicle.effective_config import EffectiveConfig, ProfileValues, set_parameter_texts, set_parameter_values
 from runtime.vehicle.fleet import Fleet
+from runtime.vehicle.other_process_entities import may_publish
 from runtime.vehicle.realtime_lag import RealtimeLag
 from runtime.vehicle.thread_pool import WorkerThreads
 from support.backoff import Backoff
@@ -117,7 +118,7 @@ class Vehicle:
         daemon = self.add(Daemon, "Daemon")
         assert isinstance(daemon, Daemon)
         self.daemon = daemon
-        self.bus.accepts, self.bus.on_malformed = self._admit, daemon.log_malformed
+        self.bus.accepts, self.bus.on_malformed = partial(may_publish, self), daemon.log_malformed
         if fleet is not None:
             fleet.join(self)
 
@@ -272,20 +273,6 @@ class Vehicle:
     def _soon(self, function: Callable[[Task], object], task: Task, delay: float = 0.0) -> None:
         """Call `function(task)` after a delay; an exception counts as one of the task."""
         self.kernel.after(delay, function, task).owner = task
-
-    def _admit(self, message: imc.Message) -> bool:
-        """Reject what another process publishes as an entity that runs here, and warn once."""
-        entity = self.entities.by_id(message.src_ent)
-        if entity is None or entity is self.daemon.entity or entity.process:
-            return True
-        if self.process and isinstance(message, imc.EntityInfo | imc.EntityState):
-            return False  # the main process speaks for all entities in a new log, and of a process that starts
-        if not self.bus.refused:
-            self.daemon.log.warning(
-                f"another process publishes as {entity.label} of {self.name}; its packets are ignored. Is the vehicle "
-                "running twice? Give one of them another name (-V), or another bus"
-            )
-        return False
 
     def _started(self) -> None:
         self._starting = False
