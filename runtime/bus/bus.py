@@ -20,13 +20,17 @@ BYTES_AT_ONCE = 1 << 14  # of them, after which the timers come first even if th
 
 logger: logging.Logger = logging.getLogger("shoal.bus")
 
-Receivers = tuple[tuple[Handler, object, bool], ...]  # handler, owner, whether it takes the packet, too
+Receivers = tuple[tuple[Handler, bool], ...]  # handler, whether it takes the packet, too
 
 
 class _Plan(NamedTuple):
-    """The receivers of a type of messages, whether they need its packets, and whether they are the only ones."""
+    """The receivers of a type of messages, whether they need its packets, and whether they are the only ones.
+
+    What one of their owners publishes goes to the others only: `of_owner`.
+    """
 
     receivers: Receivers
+    of_owner: dict[object, Receivers]
     encodes: bool
     direct: bool
 
@@ -137,7 +141,7 @@ class Bus:
         """
         kind = type(message)
         plans = self._of_own if source == self.system else self._of_others
-        receivers, encodes, direct = plans.get(kind) or self._plan(kind, source == self.system)
+        receivers, of_owner, encodes, direct = plans.get(kind) or self._plan(kind, source == self.system)
         packet = b""
         if encodes:
             seen, packet = self._encoding[kind](message, timestamp, source, speaker, message.dst, message.dst_ent)
@@ -147,10 +151,11 @@ class Bus:
             self.deliver_and_send(seen, packet, origin)
             return seen
         self.delivered += 1
+        if origin in of_owner:
+            receivers = of_owner[origin]
         enqueue, alone = self.kernel.enqueue, (seen,)
-        for handler, owner, packets in receivers:
-            if owner is not origin or origin is None:
-                enqueue((handler, (seen, packet) if packets else alone))
+        for handler, packets in receivers:
+            enqueue((handler, (seen, packet) if packets else alone))
         return seen
 
     def deliver_and_send(self, message: imc.Message, packet: bytes, origin: object) -> None:
@@ -269,25 +274,28 @@ class Bus:
         request = packet if isinstance(packet, Request) else None
         if request is not None:
             self.kernel.soon(request.handled, True)
-        self._enqueue(plan.receivers, message, packet, origin)
+        self._enqueue(plan.of_owner.get(origin, plan.receivers), message, packet)
         if request is not None:
             self.kernel.soon(request.handled, False)
 
-    def _enqueue(self, receivers: Receivers, message: imc.Message, packet: bytes, origin: object) -> None:
+    def _enqueue(self, receivers: Receivers, message: imc.Message, packet: bytes) -> None:
         self.delivered += 1
         enqueue, alone = self.kernel.enqueue, (message,)
-        for handler, owner, packets in receivers:
-            if origin is None or owner is not origin:
-                enqueue((handler, (message, packet) if packets else alone))
+        for handler, packets in receivers:
+            enqueue((handler, (message, packet) if packets else alone))
 
     def _plan(self, kind: type[imc.Message], own: bool) -> _Plan:
-        receivers = tuple((s.handler, s.owner, s.packets) for s in self._route(kind) if own or s.others)
+        receivers = [s for s in self._route(kind) if own or s.others]
+        owners = dict.fromkeys(s.owner for s in receivers if s.owner is not None)
         busy = self._transports or self.needs_packets or self._backlog is not None
-        direct = not busy and self.messages.codec.has_message_class(
-            kind
-        )  # else receivers are those of the class that it becomes
-        encodes = not direct or any(packets for _, _, packets in receivers)
-        plan = (self._of_own if own else self._of_others)[kind] = _Plan(receivers, encodes, direct)
+        # Else receivers are those of the class that it becomes.
+        direct = not busy and self.messages.codec.has_message_class(kind)
+        plan = (self._of_own if own else self._of_others)[kind] = _Plan(
+            tuple((s.handler, s.packets) for s in receivers),
+            {owner: tuple((s.handler, s.packets) for s in receivers if s.owner is not owner) for owner in owners},
+            not direct or any(s.packets for s in receivers),
+            direct,
+        )
         return plan
 
     def _forget_routes(self) -> None:

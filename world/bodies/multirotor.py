@@ -102,22 +102,25 @@ class Multirotor:
         a = self.airframe
         self._incline(h)
         self.rotor_speed += (self._rotors - self.rotor_speed) * -math.expm1(-h / a.rotor_lag)
-        lift = a.thrust * self.rotor_speed * self.rotor_speed / a.mass
+        rotors, (x, y, z) = self.rotor_speed, self.wind
+        lift = a.thrust * rotors * rotors / a.mass
         (_, _, north), (_, _, east), (_, _, down) = self._attitude  # of the body's z axis
         if self.on_ground and lift * down <= GRAVITY:
             self.vn = self.ve = self.vd = 0.0
             return
         self.on_ground = False
-        wn, we, wd = self.vn - self.wind[0], self.ve - self.wind[1], self.vd - self.wind[2]
+        before_n, before_e, before_d = self.vn, self.ve, self.vd
+        wn, we, wd = before_n - x, before_e - y, before_d - z
         drag = (a.linear_drag + a.quadratic_drag * math.sqrt(wn * wn + we * we + wd * wd)) / a.mass
-        vn = self.vn + h * (-lift * north - drag * wn)
-        ve = self.ve + h * (-lift * east - drag * we)
-        vd = self.vd + h * (GRAVITY - lift * down - drag * wd)
+        vn = before_n + h * (-lift * north - drag * wn)
+        ve = before_e + h * (-lift * east - drag * we)
+        vd = before_d + h * (GRAVITY - lift * down - drag * wd)
         if not abs(vn) + abs(ve) + abs(vd) < LIMIT:
             raise ArithmeticError(f"at {vn:.3g}, {ve:.3g}, {vd:.3g} m/s")
-        self.x += 0.5 * h * (self.vn + vn)
-        self.y += 0.5 * h * (self.ve + ve)
-        self.z += 0.5 * h * (self.vd + vd)
+        half = 0.5 * h
+        self.x += half * (before_n + vn)
+        self.y += half * (before_e + ve)
+        self.z += half * (before_d + vd)
         self.vn, self.ve, self.vd = vn, ve, vd
         if self.z >= 0.0 and vd >= 0.0:
             self.touchdown_speed, self.on_ground = vd, True
