@@ -61,6 +61,13 @@ def test_velocity_and_heading_on_demand():
     assert simulate(GPS, feed=[truth], seconds=1.5).of(imc.GroundVelocity) == []
 
 
+def test_only_a_state_that_a_fix_needs_is_checked():
+    """100 states a second come for one fix."""
+    run = simulate(GPS, feed=[at(0.5, math.nan), at(0.6, 0.05)], seconds=1.5)
+    assert len(run.of(imc.GpsFix)) == 1
+    assert FAULT not in [m.state for m in run.of(imc.EntityState)]
+
+
 def test_under_water_it_gets_worse_and_recovers():
     feed = [at(0.5, 0.0), at(1.5, 0.21), at(4.5, 0.19)]
     fixes = simulate(GPS, feed=held(feed, 5.5), seconds=5.5).of(imc.GpsFix)
