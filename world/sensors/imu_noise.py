@@ -125,8 +125,11 @@ class NoisyTriad:
         """`value` with noise from six standard normal `draws`: three for white noise, three for the bias."""
         density, (x, y, z), (p, q, r), (a, b, c, d, e, f) = self.density, self._bias, value, draws
         white, step = density.sample_sigmas(interval)
-        kept = 1.0 if density.memory == math.inf else density.share_kept(interval)
-        self._bias = kept * x + step * d, kept * y + step * e, kept * z + step * f
+        if density.memory == math.inf:
+            self._bias = x + step * d, y + step * e, z + step * f
+        else:
+            kept = density.share_kept(interval)
+            self._bias = kept * x + step * d, kept * y + step * e, kept * z + step * f
         return p + white * a + x, q + white * b + y, r + white * c + z
 
 
