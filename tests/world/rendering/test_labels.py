@@ -10,6 +10,7 @@ from support.pose import DOWN, Pose
 from tests.world.rendering import ray_caster
 from world.optics import DoubleSphereModel, FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
 from world.rendering import Glider, Labeler, PixelClass, SceneCamera, ScenePose
+from world.sea import SeaState
 
 FISHEYE = FisheyeModel(96, 96, 96 / math.pi, 96 / math.pi, 48.0, 48.0, preset_lens("equidistant", math.pi))
 WIDE = preset_lens("woodscape", math.radians(230.0))
@@ -150,11 +151,11 @@ def test_flow_leads_to_where_the_point_is_seen_next(trial):
     assert np.isfinite(trial.found.flow[inside]).mean() > 0.6
 
 
-def test_labels_are_those_of_the_picture():
-    """Yellow is where a glider is, and the rest is brighter or darker than the horizon."""
-    camera = SceneCamera(
-        FisheyeModel.from_lens(preset_lens("equidistant", math.radians(200.0)), 300), scene="Sea Surface"
-    )
+@pytest.mark.parametrize("waves", [0.0, 0.5, 2.5])
+def test_labels_are_those_of_the_picture(waves):
+    """Yellow is where a glider is, and the rest is brighter or darker than the horizon, also above high waves."""
+    lens = FisheyeModel.from_lens(preset_lens("equidistant", math.radians(200.0)), 300)
+    camera = SceneCamera(lens, scene="Sea Surface", waves=SeaState(waves))
     standpoint, gliders = ScenePose(0.0, 0.0, 1.5, 0.0, 0.2, 0.1, 0.7), (Glider(1.0, 0.4), Glider(-0.5, 1.4, 0.2, 1.0))
     picture, found = camera.take_picture(standpoint, gliders), camera.labels(standpoint, gliders)
     red, _, blue = np.moveaxis(picture[..., :3].astype(int), -1, 0)
