@@ -149,7 +149,7 @@ def _estimate_scheduled(
     if needed > train.fastest and maneuver.delayed != imc.ScheduledGoto.Delayed.RESUME:
         return ManeuverEstimate(end=end)  # it is done at once, or fails, as soon as it is too late
     speed = max(train.slowest, min(train.fastest, needed))
-    seconds = max(left, leg / speed - train.ahead)
+    seconds = max(0.0, max(left, leg / speed) - train.ahead)
     return ManeuverEstimate(seconds, seconds, speed, max(leg, speed * seconds), leg, end)
 
 

@@ -9,16 +9,18 @@ from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, Pat
 
 Late = imc.ScheduledGoto.Delayed
 WAITING_RADIUS = 15.0  # m
-MARGIN = 3.0  # s; it is not worth circling for less
-TOLERANCE = 15.0  # s after its time, from which on the maneuver reports it
+MARGIN = 3.0  # s; it is not worth circling for less, and no more is late
+TOLERANCE = 15.0  # s before or after its time, from which on the maneuver reports it
+SLOWEST = 0.1  # m/s
 REVISION = 2.0  # s between two updates of the speed
 
 
 class ScheduledGoto(Maneuver):
     """Chooses its speed to arrive at a given time; if late, it continues, is done or fails, by `delayed`.
 
-    With more time than the slowest speed takes, it circles where it is before it leaves. It travels at one depth and
-    goes to the other shortly before the end.
+    With more time than the slowest speed takes, it circles where it is before it leaves. As all paths, it ends some
+    seconds before its point, which the vehicle passes within 3 s of its time if its speeds over ground allow; else it
+    reports how late or early it is. It travels at one depth and goes to the other shortly before the end.
     """
 
     subscribed = (imc.PathControlState, imc.EstimatedState)
@@ -49,8 +51,17 @@ class ScheduledGoto(Maneuver):
             if traveling and self.range_to(end) <= abs(vertical_error(self.state, end)) / CLIMB:
                 traveling = False
                 self.publish(imc.DesiredZ(value=goto.z, z_units=goto.z_units))
-        if goto.arrival_time > 0.0 and (late := self.now - goto.arrival_time) > TOLERANCE:
-            self.report_missed(f"arrived {late:.0f} s after its time")
+        if goto.arrival_time > 0.0:
+            self._report_arrival(self.now + self._seconds_left(end) - goto.arrival_time)
+
+    def _seconds_left(self, end: PathEnd) -> float:
+        """The time to the point (s) at the speed over ground; 0 if the vehicle stands."""
+        speed = 0.0 if self.state is None else math.hypot(self.state.vx, self.state.vy)
+        return self.range_to(end) / speed if speed > SLOWEST else 0.0
+
+    def _report_arrival(self, late: float) -> None:
+        if abs(late) > TOLERANCE:
+            self.report_missed(f"arrived {abs(late):.0f} s {'after' if late > 0.0 else 'before'} its time")
 
     async def _wait_for_departure(self, goto: imc.ScheduledGoto) -> None:
         """Circle here, at the depth of the journey, while even the slowest speed would arrive early."""
@@ -68,11 +79,11 @@ class ScheduledGoto(Maneuver):
 
     def _speed(self, goto: imc.ScheduledGoto, end: PathEnd) -> float:
         left = goto.arrival_time - self.now
-        needed = self.range_to(end) / left if left > 0.0 else math.inf
-        if needed > self.maximum_speed:
+        if self.range_to(end) / self.maximum_speed - left > MARGIN:
             if goto.delayed == Late.SKIP:
                 self.report_missed(f"skipped {self.range_to(end):.0f} m before the point: it is too late")
                 raise Completed
             if goto.delayed == Late.FAIL:
                 raise ManeuverError(f"cannot arrive in time: {self.range_to(end):.0f} m are left")
+        needed = self.range_to(end) / left if left > 0.0 else math.inf
         return max(self.minimum_speed, min(self.maximum_speed, needed))

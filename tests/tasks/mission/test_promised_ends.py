@@ -1,5 +1,7 @@
 """Maneuvers of the shipped AUV that cannot end as planned say so, and those with a time keep it."""
 
+import math
+
 import pytest
 from flying import DEPTH, place, plan_of
 from lean import BLIND
@@ -37,19 +39,58 @@ def test_an_elevator_that_does_not_reach_its_depth_fails():
     assert state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS, at
 
 
-@pytest.mark.parametrize("seconds", [60.0, 180.0])
-def test_a_scheduled_goto_arrives_at_its_time(seconds):
-    goto = imc.ScheduledGoto(
-        **place(60, 0),
+def scheduled(seconds, far, depth):
+    return imc.ScheduledGoto(
+        **place(far, 0),
         arrival_time=1_767_225_600.0 + START + seconds,
-        z=2.0,
+        z=depth,
         z_units=DEPTH,
-        travel_z=2.0,
+        travel_z=depth,
         travel_z_units=DEPTH,
     )
-    at, state = last_state(plan_of(goto), seconds + 40.0, *DEEP)
-    assert state.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
-    assert at == pytest.approx(seconds, abs=15.0)
+
+
+@pytest.mark.parametrize(
+    ("profile", "seconds", "far", "north", "east"),
+    [
+        ("lauv-noptilus-1", 60.0, 60.0, 0.0, 0.0),
+        ("lauv-noptilus-1", 180.0, 60.0, 0.0, 0.0),
+        ("otter", 100.0, 100.0, 0.4, 0.0),
+        ("otter", 100.0, 100.0, -0.4, 0.2),
+        ("caravel", 150.0, 150.0, 0.3, 0.2),
+    ],
+)
+def test_a_scheduled_goto_passes_its_point_in_time_and_ends_as_forecast_also_in_a_current(
+    profile, seconds, far, north, east
+):
+    """A current (m/s) to the north carries the vehicle on."""
+    current = [f"Simulators.StreamVelocity:Default Speed {way}" for way in (f"North={north}", f"East={east}")]
+    diving = [BLIND, *DEEP] if profile.startswith("lauv") else []
+    kinds = [imc.PlanControlState, imc.EstimatedState]
+    plan = plan_of(scheduled(seconds, far, 2.0 if diving else 0.0))
+    flight = underway(profile, plan, START + seconds + 40.0, *diving, *current, kinds=kinds)
+    states = [(at - START, state) for at, state in flight.heard[imc.PlanControlState]]
+    executing = imc.PlanControlState.State.EXECUTING
+    began = next(i for i, (_, state) in enumerate(states) if state.state == executing)
+    at, end = next((at, state) for at, state in states[began:] if state.state != executing)
+    assert end.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+    assert at == pytest.approx(states[began][1].plan_eta, abs=3.0)
+    here = next(state for when, state in flight.heard[imc.EstimatedState] if when - START >= at)
+    left = math.hypot(far - here.x, here.y)
+    assert at + left / math.hypot(here.vx, here.vy) == pytest.approx(seconds, abs=3.0)
+
+
+def test_a_scheduled_goto_that_a_current_carries_to_its_point_too_early_says_so():
+    texts = []
+    _, end = last_state(
+        plan_of(scheduled(60.0, 60.0, 2.0)),
+        60.0,
+        *DEEP,
+        "Simulators.StreamVelocity:Default Speed North=0.9",
+        texts=texts,
+    )
+    assert end.last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
+    assert any(" s before its time" in text for text in texts), texts
 
 
 @pytest.mark.parametrize(
