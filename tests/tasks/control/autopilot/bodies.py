@@ -1,19 +1,17 @@
-"""A vehicle of a shipped profile, whose body is a stand-in for an autopilot in another process, on real sockets."""
+"""A vehicle of a shipped profile, whose body is a stand-in for an autopilot, on real sockets, in time without waits."""
 
-import contextlib
 import os
-import subprocess
-import sys
-import threading
-from pathlib import Path
 
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY
+from runtime.kernel import SECOND
 from shoal.missions import parse_plan, prepare
-from tests.outside import ALONE, PATIENCE, free_port, until
+from tests.outside import ALONE, free_port
+from tests.tasks.control.autopilot.stand_in import StandIn
+from tests.tasks.control.autopilot.stand_in_hand import handle, parse_options
 
-SPEED = 12.0
-ROOT = Path(__file__).parents[4]
+START = 1_750_000_000 * SECOND
+TICK = SECOND // 50
 CONSOLE = 0x4000
 OPERATOR = imc.PlanControl
 SERIAL = "serial"
@@ -26,6 +24,43 @@ PATIENT = (
 )
 
 
+class CommonTime:
+    """Time of a vehicle and of the autopilots beside it: as soon as one has nothing to do, the others go on."""
+
+    virtual = False
+    speed = 20.0  # not 1: that would be compared with the system's time
+
+    def __init__(self):
+        self.time, self.autopilots = START, []
+
+    def read(self):
+        return self.time
+
+    def advance(self, target, wait):
+        wait(0.0)
+        tick = self.time + TICK
+        self.time = tick if target is None else max(self.time, min(target, tick))
+        for autopilot in self.autopilots:
+            autopilot.go_on(self.time)
+        return self.time
+
+
+class Autopilot:
+    """A stand-in that runs until it is killed."""
+
+    def __init__(self, options, time):
+        self.began, self.runs = time, True
+        self.stand_in = StandIn(options, epoch=time / SECOND)
+
+    def go_on(self, time):
+        if self.runs:
+            self.stand_in.go_on((time - self.began) / SECOND)
+
+    def kill(self):
+        self.runs = False
+        self.stand_in.wire.close()
+
+
 class Body:
     """A running vehicle and its autopilot; `said` has all messages by type, `modes` what the autopilot was in."""
 
@@ -35,12 +70,11 @@ class Body:
         folder,
         *options,
         kind="copter",
-        speed=SPEED,
         overrides=PATIENT,
         address="udpin://127.0.0.1:{port}",
     ):
-        self.speed = speed
-        self.port, self.options, self.kind, self.others = free_port(), options, kind, []
+        self.port, self.options, self.kind, self.clock = free_port(), options, kind, CommonTime()
+        self.has_failed = False
         self.line, self.diary = (), folder / "diary"
         if address == SERIAL:
             self.line = os.openpty()
@@ -52,7 +86,7 @@ class Body:
         made = prepare(
             profile,
             ["Hardware"],
-            clock=f"{speed:g}x",
+            clock=self.clock,
             overrides=[address, patient, *never, *overrides],
             log_root=folder / "log",
             state_folder=folder / "db",
@@ -64,22 +98,16 @@ class Body:
             self.said[kind_of] = []
             self.vehicle.observe(kind_of, self.said[kind_of].append)
         self.vehicle.start()
-        self.thread = threading.Thread(target=self.vehicle.run, daemon=True)
-        self.thread.start()
         self.autopilot = self.stand_in("--diary", str(self.diary), *options, kind=self.kind)
 
     def stand_in(self, *options, kind="copter"):
-        program = ["-m", "tests.tasks.control.autopilot.stand_in", str(self.port)]
-        command = [sys.executable, *program, "--kind", kind, "--speed", f"{self.speed:g}", *options]
-        more = {"pass_fds": [self.line[0]]} if self.line else {}
-        started = subprocess.Popen(command, stdin=subprocess.PIPE, text=True, cwd=ROOT, **more)
-        self.others.append(started)
+        started = Autopilot(parse_options([str(self.port), "--kind", kind, *options]), self.clock.time)
+        self.clock.autopilots.append(started)
         return started
 
     def tell(self, words, autopilot=None):
-        pipe = (autopilot or self.autopilot).stdin
-        pipe.write(words + "\n")
-        pipe.flush()
+        for line in words.splitlines():
+            handle((autopilot or self.autopilot).stand_in, line)
 
     def publish(self, message, source=(CONSOLE, 0xFF)):
         packet = imc.encode_with_header(message, self.vehicle.kernel.now_ns / 1e9, *source, self.vehicle.system,
@@ -104,8 +132,16 @@ class Body:
     def armed(self):
         return self.last(imc.ArmingState).state == imc.ArmingState.State.ARMED
 
-    def wait(self, condition, patience=PATIENCE):
-        return until(condition, patience, told=lambda: (self.texts()[-8:], self.modes))
+    def wait(self, condition, patience=240.0):
+        """Let time pass until a condition holds, at most so long (s); returns what made it true."""
+        end = self.clock.time + round(patience * SECOND)
+        while not (found := condition()):
+            assert self.clock.time < end, f"waited {patience} s; {self.texts()[-8:], self.modes}"
+            if self.has_failed:
+                self.clock.advance(None, lambda _: None)
+            else:
+                self.vehicle.run(0.1)
+        return found
 
     def ready(self):
         self.wait(lambda: (s := self.last(imc.VehicleState)) and s.op_mode == imc.VehicleState.OpMode.SERVICE)
@@ -132,17 +168,11 @@ class Body:
 
     def die(self):
         """This computer fails; the autopilot does not."""
-        self.vehicle.kernel.post(self.vehicle.stop)
-        self.thread.join(20.0)
+        self.has_failed = True
 
     def close(self):
-        for started in self.others:
-            with contextlib.suppress(OSError):
-                started.stdin.close()
-            started.kill()
-            started.wait()
-        self.vehicle.kernel.post(self.vehicle.stop)
-        self.thread.join(20.0)
+        for autopilot in self.clock.autopilots:
+            autopilot.kill()
         self.vehicle.close()
         for end in self.line:
             os.close(end)

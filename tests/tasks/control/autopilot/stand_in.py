@@ -1,16 +1,13 @@
 """A stand-in for an autopilot: modes, arming, refusals and motion of ArduPilot or PX4, as far as Shoal uses them.
 
-It speaks MAVLink by pymavlink, with time running `--speed` times faster. `stand_in_sources.md` names for each of its
-answers the recording or the public source that it follows; it has no estimator, no compass and no servos. Lines on
-stdin are the hand of a test: see `stand_in_hand`.
+It speaks MAVLink by pymavlink, in the time that `go_on` is given. `stand_in_sources.md` names for each of its answers
+the recording or the public source that it follows; it has no estimator, no compass and no servos. `stand_in_hand` is
+the hand of a test.
 """
 
 import hashlib
 import math
 import os
-import select
-import sys
-import time
 from pathlib import Path
 
 os.environ["MAVLINK20"] = "1"
@@ -18,13 +15,13 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from pymavlink.generator.mavcrc import x25crc
 
 from tests.tasks.control.autopilot.stand_in_commands import USUAL_SPEED, Commands
-from tests.tasks.control.autopilot.stand_in_hand import handle, parse_options
 from tests.tasks.control.autopilot.stand_in_memory import Store
 from tests.tasks.control.autopilot.stand_in_motion import EARTH, SLOWEST_FLIGHT, Motion
 from tests.tasks.control.autopilot.stand_in_telemetry import Telemetry
 from tests.tasks.control.autopilot.stand_in_wires import Wire
 
 STEP = 0.02  # s
+EPOCH = 1_420_070_400.0  # s since 1970, from which signatures count
 HOME = 41.185, -8.7062, 30.0
 BOOT = 2.0  # s until its position is good
 ROVER = {"guided": 15, "return": 11, "mission": 10, "start": 0}
@@ -45,7 +42,7 @@ UNASKED = (30, 33, 1, 24, 74, 27, 2, 147, 29, 137, 42, 87)  # what Rover streams
 class StandIn(Commands, Telemetry):
     position_only, home = POSITION_ONLY, HOME
 
-    def __init__(self, options, wire=None):
+    def __init__(self, options, wire=None, epoch=EPOCH):
         self.options, self.px4 = options, options.kind.startswith("px4")
         kind = "copter" if options.kind == "px4" else options.kind.removeprefix("px4-")
         self.modes = PX4 if self.px4 else MODES[kind]
@@ -56,9 +53,9 @@ class StandIn(Commands, Telemetry):
         if options.key:
             signing = self.link.signing
             signing.secret_key, signing.sign_outgoing = hashlib.sha256(options.key.encode()).digest(), True
-            signing.timestamp = int((time.time() - 1420070400) * 1e5)
+            signing.timestamp = int((epoch - EPOCH) * 1e5)
             signing.allow_unsigned_callback = lambda *_: False
-        self.began, self.now, self.shift = time.monotonic(), 0.0, 0.0
+        self.now = self.shift = 0.0
         self.gps, self.battery, self.refused, self.deaf, self.mumbles = True, 80.0, {}, set(), False
         self.unheard = set()
         self.silent_until, self.beat_due, self.input = 0.0, 0.0, None
@@ -211,23 +208,11 @@ class StandIn(Commands, Telemetry):
         if self.now >= self.silent_until:
             self.tell()
 
-    def run(self):
-        stdin = sys.stdin.fileno()
-        while True:
-            self.receive(self.wire.read())
-            if select.select([stdin], [], [], 0.0)[0]:
-                line = os.read(stdin, 4096)
-                if not line:
-                    return
-                for words in line.decode().splitlines():
-                    handle(self, words)
-            self.advance((time.monotonic() - self.began) * self.options.speed)
-            if self.diary and self.now >= self.written + 1.0:
-                self.written = self.now
-                with self.diary.open("a") as diary:
-                    print(self.mode, int(self.armed), *self.motion.at, file=diary)
-            time.sleep(0.004)
-
-
-if __name__ == "__main__":
-    StandIn(parse_options()).run()
+    def go_on(self, now):
+        """Hear, move and speak until a time (s); each second comes into the diary."""
+        self.receive(self.wire.read())
+        self.advance(now)
+        if self.diary and self.now >= self.written + 1.0:
+            self.written = self.now
+            with self.diary.open("a") as diary:
+                print(self.mode, int(self.armed), *self.motion.at, file=diary)

@@ -15,7 +15,6 @@ def parse_options(arguments=None):
     parser.add_argument("port", type=int)
     parser.add_argument("--kind", default="copter", choices=KINDS)
     parser.add_argument("--system", type=int, default=7)
-    parser.add_argument("--speed", type=float, default=1.0)
     parser.add_argument("--north", type=float, default=0.0)
     parser.add_argument("--wind", type=float, default=0.0, help="m/s toward the north")
     parser.add_argument("--loss", type=float, default=0.0, help="part of the messages that is lost, each way")

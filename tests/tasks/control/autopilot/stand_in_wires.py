@@ -60,3 +60,8 @@ class Wire:
         except OSError:
             return b""
         return b"" if self.lost() else data
+
+    def close(self):
+        for opened in (self.peer, self.listener):
+            if opened is not None:
+                opened.close()

@@ -129,7 +129,7 @@ def test_the_mode_that_a_pilot_chooses_is_not_fought(body):
 
 @pytest.mark.heavy
 def test_a_killed_autopilot_is_an_error_and_a_new_one_works(body):
-    copter = body("autopilot-copter", speed=8.0, overrides=())
+    copter = body("autopilot-copter", overrides=())
     flying(copter)
     copter.autopilot.kill()
     assert copter.wait(copter.outcome) == "FAILURE", "\n".join(copter.texts())

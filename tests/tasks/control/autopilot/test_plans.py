@@ -8,8 +8,9 @@ import pytest
 
 import imc
 from support.wgs84 import displacement
-from tests.tasks.control.autopilot.bodies import PATIENT, ROOT
+from tests.tasks.control.autopilot.bodies import PATIENT
 
+ROOT = Path(__file__).parents[4]
 HOME = math.radians(41.185), math.radians(-8.7062)
 OFFBOARD = "Control.Autopilot.MAVLink:PX4 Guidance=offboard"
 MEMORY = "Control.Autopilot.MAVLink:Plans In Memory=true"
@@ -17,7 +18,7 @@ MEMORY = "Control.Autopilot.MAVLink:Plans In Memory=true"
 
 def documented(file, document):
     """A plan file in a document."""
-    text = Path(ROOT / "docs" / document).read_text()
+    text = (ROOT / "docs" / document).read_text()
     found = re.search(rf"```yaml file={file}\.yaml\n(.*?)```", text, re.DOTALL)
     return found[1]
 
@@ -28,7 +29,7 @@ def corners(plan):
     return [(float(north), float(east or 0.0)) for north, east in places]
 
 
-def fly(body, profile, kind, plan, *options, reach=2.5, patience=60.0, **more):
+def fly(body, profile, kind, plan, *options, reach=2.5, patience=720.0, **more):
     vehicle = body(profile, *options, kind=kind, **more)
     vehicle.ready()
     vehicle.start_file(plan)
@@ -104,7 +105,7 @@ def test_a_submarine_carries_out_the_triangle(body, kind, more):
 def test_a_plane_carries_out_the_square_and_lands_against_the_wind(body, kind, more):
     plan = SQUARE.replace("speed: 5 m/s", "speed: 15 m/s").replace("40", "400")
     plane = fly(
-        body, "autopilot-plane", kind, plan, "--wind", "-4", reach=85.0, patience=120.0, overrides=[*PATIENT, *more]
+        body, "autopilot-plane", kind, plan, "--wind", "-4", reach=85.0, patience=1440.0, overrides=[*PATIENT, *more]
     )
     assert not plane.armed
     last = plane.last(imc.EstimatedState)

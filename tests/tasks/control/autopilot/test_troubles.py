@@ -87,7 +87,7 @@ def test_a_clock_that_jumps_changes_nothing(body, jump):
 
 @pytest.mark.heavy
 def test_an_autopilot_that_is_silent_for_a_while_holds_when_it_is_back(body):
-    copter = under_way(body("autopilot-copter", speed=8.0, overrides=PATIENT[1:]), FLIGHT)
+    copter = under_way(body("autopilot-copter", overrides=PATIENT[1:]), FLIGHT)
     copter.tell("silent 6")
     fails(copter, "no HEARTBEAT of the autopilot for 3 s")
     stopped = len(copter.said[imc.EstimatedState])
@@ -116,7 +116,7 @@ def test_what_an_autopilot_does_not_do_ends_the_plan(body):
 
 @pytest.mark.heavy
 def test_px4_in_offboard_holds_when_this_computer_fails(body):
-    copter = under_way(body("autopilot-copter", kind="px4", speed=4.0, overrides=[*PATIENT, OFFBOARD]), FLIGHT)
+    copter = under_way(body("autopilot-copter", kind="px4", overrides=[*PATIENT, OFFBOARD]), FLIGHT)
     assert copter.modes[-1] == "OFFBOARD"
     copter.die()
     hold, offboard = 4 << 16 | 3 << 24, 6 << 16
