@@ -26,6 +26,7 @@ PLACE = math.radians(41.185), math.radians(-8.7062)
 DEEP = ("Bathymetry:Data=", "World:Out Of Bounds Depth=60", UNLOGGED)
 SECONDS = METERS = 0.2  # relative; legs are a little shorter than planned, corners and the first turn take time
 ENERGY = 0.25
+FAR = 70.0  # m: at 1.2 m/s, a fifth of it is as long as the least tolerance
 LEAST = {"s": 12.0, "m": 15.0, "Wh": 0.5}
 OF_CARAVEL = 2.0  # Wh, which it needs to get under way
 LONG, PROGRESS = 60.0, 30.0  # s of a plan, and % by which its progress may be off
@@ -98,36 +99,36 @@ def fly(profile, plan, seconds=900.0):
 
 def common(z, speed):
     """Maneuvers that each vehicle has, with the radius of the circle on which they end."""
-    far, fields = place(100, 0), {**z, "speed": speed}
+    far, fields = place(FAR, 0), {**z, "speed": speed}
     corners = [imc.PathPoint(), imc.PathPoint(y=60.0), imc.PathPoint(x=60.0, y=60.0)]
     yield imc.Goto(**far, **fields), 0.0
     yield imc.Goto(**place(30, 20), **fields), 0.0
     yield imc.Loiter(**far, **fields, radius=20.0, duration=60), 20.0
     yield imc.StationKeeping(**far, **fields, radius=20.0, duration=60), 20.0
     yield imc.FollowPath(**far, **fields, points=corners), 0.0
-    yield imc.Rows(**far, **fields, width=60.0, length=60.0, hstep=20.0, coff=5, alternation=100, flags=1), 0.0
+    yield imc.Rows(**far, **fields, width=40.0, length=60.0, hstep=20.0, coff=5, alternation=100, flags=1), 0.0
     yield imc.IdleManeuver(duration=20), 0.0
 
 
 def swimming(z):
     """Those of an AUV and of a boat."""
-    far, fields = place(100, 0), {**z, "speed": 1.2}
+    far, fields = place(FAR, 0), {**z, "speed": 1.2}
     travel = {"travel_z": z["z"], "travel_z_units": DEPTH, **z}
-    yield imc.RowsCoverage(**far, **fields, width=60.0, length=60.0, coff=5, flags=1, angaperture=2.1, range=10), 0.0
-    yield imc.ScheduledGoto(**far, **travel, arrival_time=START + 130.0), 0.0
-    yield imc.ScheduledGoto(**far, **travel, arrival_time=START + 300.0), 0.0
-    yield imc.ScheduledGoto(**far, **travel, arrival_time=START + 40.0), 0.0
+    yield imc.RowsCoverage(**far, **fields, width=40.0, length=60.0, coff=5, flags=1, angaperture=2.1, range=10), 0.0
+    yield imc.ScheduledGoto(**far, **travel, arrival_time=START + 100.0), 0.0
+    yield imc.ScheduledGoto(**place(100, 0), **travel, arrival_time=START + 300.0), 0.0
+    yield imc.ScheduledGoto(**far, **travel, arrival_time=START + 30.0), 0.0
     yield imc.CompassCalibration(**far, **fields, radius=20.0, duration=40), 20.0
-    yield imc.CompassCalibration(**far, **fields, radius=20.0, duration=300), 20.0
+    yield imc.CompassCalibration(**far, **fields, radius=20.0, duration=140), 20.0
 
 
 def diving(z):
     """Those of an AUV only."""
-    far, fields, flags = place(100, 0), {**z, "speed": 1.2}, imc.PopUp.Flags
+    far, fields, flags = place(FAR, 0), {**z, "speed": 1.2}, imc.PopUp.Flags
     ends = {"start_z_units": DEPTH, "end_z_units": DEPTH, "speed": 1.2, "radius": 15.0}
     circle = "Under Water=circle"
     yield imc.StationKeeping(**far, **fields, radius=20.0, duration=60, custom=circle), 20.0
-    yield imc.YoYo(**place(200, 0), z=3.0, z_units=DEPTH, amplitude=1.5, pitch=0.26, speed=1.2), 0.0
+    yield imc.YoYo(**place(130, 0), z=3.0, z_units=DEPTH, amplitude=1.5, pitch=0.26, speed=1.2), 0.0
     yield imc.Elevator(**far, end_z=8.0, **ends), 15.0
     yield imc.Elevator(**far, start_z=8.0, end_z=1.0, **ends), 15.0
     yield imc.Elevator(flags=imc.Elevator.Flags.CURR_POS, end_z=8.0, **ends), 30.0
@@ -142,7 +143,7 @@ def flying(z):
     yield imc.Land(**place(50, 0), **z, speed=5.0), 0.0
     yield imc.Land(**place(50, 0), z=94.6, z_units=imc.ZUnits.HEIGHT, speed=5.0), 0.0
     yield imc.Land(speed=5.0), 0.0
-    yield imc.Loiter(**place(100, 0), **z, radius=20.0, duration=60, speed=5.0, type=imc.Loiter.Type.HOVER), 0.0
+    yield imc.Loiter(**place(FAR, 0), **z, radius=20.0, duration=60, speed=5.0, type=imc.Loiter.Type.HOVER), 0.0
 
 
 def cases():
@@ -181,7 +182,7 @@ def test_a_forecast_is_like_the_flight(profile, _, before, maneuver, radius):
 
 
 def test_a_popup_that_waits_for_a_fix_takes_at_most_the_forecast():
-    popup = imc.PopUp(**place(100, 0), z=5.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=60)
+    popup = imc.PopUp(**place(FAR, 0), z=5.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=60)
     flown = fly("lauv-noptilus-1", plan_of(popup))
     assert flown.report.completed
     assert 60.0 < flown.seconds < flown.forecast.estimates["m0"].seconds
