@@ -98,7 +98,8 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
 def new_folder(path: Path, force: bool = False) -> Generator[Path]:
     """A temporary folder to write to, like `new_file`.
 
-    With `force`, new files replace those of the same name in an existing folder; other files stay.
+    With `force`, new files replace those of the same name in an existing folder; other files stay. Files in the folder
+    itself are on the disk afterwards; those in its folders, which may be thousands, when the system writes them.
     """
     _refuse(path, force and path.is_dir())
     part = path.with_name(path.name + ".part")
@@ -114,6 +115,10 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
                     else:
                         os.replace(file, path / file.name)
             else:
+                for file in part.iterdir():
+                    if file.is_file():
+                        sync_path(file)
+                sync_path(part)
                 os.replace(part, path)
                 sync_path(path.parent)
     finally:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import imc
 from imc.lsf import LsfWriter, compress_member, gzip_schema
+from support.atomic_files import new_folder
 from support.file_errors import add_path_to_errors
 
 SCHEMA = "IMC.xml.gz"
@@ -17,22 +18,31 @@ DATA = "Data.lsf.gz"
 def create_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWriter]:
     """A new log folder with the definitions of `source` (built-in ones without it), and the writer of its packets.
 
-    If anything fails, the folder is removed. Raises FileExistsError if it exists already, OSError.
+    The folder has this name when the log is complete and on the disk: if anything fails, the process is killed or the
+    power fails before, there is none. Raises FileExistsError if it exists already, OSError.
     """
-    folder.mkdir(parents=True)
-    try:
+    with new_folder(folder) as part:
         with add_path_to_errors(folder):
-            (folder / SCHEMA).write_bytes(schema_bytes(source))
+            (part / SCHEMA).write_bytes(schema_bytes(source))
             if source is not None and (config := source.path.parent / "Config.ini").is_file():
-                shutil.copyfile(config, folder / config.name)
-        writer = LsfWriter(folder / DATA)
-        try:
-            yield writer
-        finally:
-            writer.close()
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
+                shutil.copyfile(config, part / config.name)
+        with _named(part / DATA, folder / DATA):
+            writer = LsfWriter(part / DATA)
+            try:
+                yield writer
+            finally:
+                writer.close()
+
+
+@contextmanager
+def _named(part: Path, path: Path) -> Generator[None]:
+    """Has errors of a file name the one that it was to become."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename != str(part):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def schema_bytes(source: imc.Log | None) -> bytes:

@@ -112,7 +112,8 @@ def record(
                 raise
             when = format_clock_time(time.time())
             reason = describe_os_error(error)
-            troubles.append(f"{reason}: the logs end at {when} UTC, and can be read up to there")
+            logs = f": the logs end at {when} UTC, and can be read up to there" if recorder.recordings else ""
+            troubles.append(f"{reason}{logs}")
         finally:
             finding.cancel()
             for number in STOPPING:

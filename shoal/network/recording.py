@@ -14,6 +14,7 @@ from imc.lsf import LsfWriter, gzip_schema
 from shoal.network.message_listener import MessageListener
 from shoal.network.network import Network
 from shoal.network.system_table import NetworkSystem
+from support.atomic_files import sync_path
 from support.file_errors import add_path_to_errors
 from support.file_names import file_name_of
 
@@ -31,16 +32,18 @@ LATEST = 253402300800.0  # s since 1970: the year 10000
 class VehicleRecording:
     """The log of one vehicle; times are in s since 1970 UTC. Raises OSError.
 
+    `count`, `first` and `last` are of the messages that the log has: not of those that a full disk did not take.
     The file can be read at any time, also after the process was killed, or the disk is full.
     """
 
     def __init__(self, folder: Path, schema: imc.Schema) -> None:
         self.folder = folder
-        self.count: int = 0
         self.pending: int = 0
         self.has_name: bool = False
+        self.count: int = 0
         self.first: float = math.nan
         self.last: float = math.nan
+        self._received: tuple[int, float, float] = (0, math.nan, math.nan)
         definitions = gzip_schema(schema)
         self._beside = len(definitions)
         folder.mkdir(parents=True)
@@ -63,20 +66,31 @@ class VehicleRecording:
         """Add a packet; it is on the disk after the next `flush`, or earlier."""
         self.pending += len(packet)
         self.has_name |= isinstance(message, imc.Announce)
-        self._writer.write(packet)
-        self.count += 1
+        count, first, last = self._received
         if 0.0 < message.timestamp < LATEST:  # one that is no time does not hide the others
-            self.first = message.timestamp if math.isnan(self.first) else min(self.first, message.timestamp)
-            self.last = message.timestamp if math.isnan(self.last) else max(self.last, message.timestamp)
+            first = message.timestamp if math.isnan(first) else min(first, message.timestamp)
+            last = message.timestamp if math.isnan(last) else max(last, message.timestamp)
+        self._received = count + 1, first, last
+        size = self._writer.size
+        self._writer.write(packet)
+        if self._writer.size > size:
+            self._note_written()
 
     def flush(self) -> None:
         """Hand all packets to the operating system."""
         self._writer.flush()
-        self.pending = 0
+        self._note_written()
 
     def close(self) -> None:
-        """Flush and close."""
+        """Flush and close; then the log is on the disk, also if the power fails."""
         self._writer.close()
+        self._note_written()
+        for path in (self.folder / DATA, self.folder / SCHEMA, self.folder, self.folder.parent):
+            sync_path(path)
+
+    def _note_written(self) -> None:
+        self.count, self.first, self.last = self._received
+        self.pending = 0
 
 
 class RecordingEnd(Exception):

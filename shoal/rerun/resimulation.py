@@ -340,5 +340,5 @@ def _written(out: Path | None, log: imc.Log, profile: Profile) -> Generator[Call
     with create_log(out, log) as writer:
         configuration = profile.dump().encode(errors="surrogateescape")
         with add_path_to_errors(out):
-            (out / CONFIGURATION).write_bytes(configuration)
+            (writer.path.parent / CONFIGURATION).write_bytes(configuration)
         yield writer.write

@@ -114,6 +114,14 @@ def test_a_new_folder_is_on_the_disk_too(tmp_path, calls):
     assert calls[-1] == ("fsync", "y")
 
 
+def test_the_files_of_a_new_folder_are_on_the_disk_before_its_name(tmp_path, calls):
+    with new_folder(tmp_path / "log") as part:
+        (part / "Data.lsf.gz").write_bytes(b"new")
+    names = [name for name, _ in calls]
+    assert calls[0] == ("fsync", "Data.lsf.gz")
+    assert names == ["fsync", "fsync", "replace", "fsync"]
+
+
 def test_what_is_removed_stays_removed(tmp_path, calls):
     write_file(tmp_path / "a", b"old")
     calls.clear()

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 import imc
+from shoal.logs.inspect import format_noun_count
 from shoal.network import VehicleRecording
 from support.byte_sizes import parse_byte_size
 from tests.command import shoal
@@ -96,8 +97,9 @@ def test_a_full_disk_ends_the_recording_with_a_log_up_to_there(both: str, tmp_pa
     with largest_file(60_000):
         process = started(folder)
     with process:
-        _, errors = process.communicate(timeout=60.0)
+        printed, errors = process.communicate(timeout=60.0)
     assert process.returncode == 1
+    assert printed.startswith(f"{NAME}: {format_noun_count(info(folder / NAME)['messages'], 'message')}, ")
     assert f"{folder / NAME / 'Data.lsf.gz'}: " in errors
     assert "the logs end at " in errors
     assert "Traceback" not in errors

@@ -1,7 +1,12 @@
 """Cutting and merging logs."""
 
+import errno
 import gzip
+import re
+import subprocess
+import sys
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -11,6 +16,7 @@ from shoal.logs.edit import cut, merge
 from shoal.logs.edit.merge_logs import MergeConflict
 from shoal.logs.selection import PacketSelection, selection_from_names
 from tests.log_messages import OPERATOR, OTHER, START, VEHICLE, at, labels
+from tests.outside import largest_file
 
 LOGS = Path(__file__).parents[3] / "data" / "logs"
 INF = float("inf")
@@ -77,6 +83,26 @@ def test_nothing_chosen_leaves_nothing(make_log, tmp_path):
     with pytest.raises(ValueError, match="nothing is written"):
         cut(log, tmp_path / "out", PacketSelection(types=frozenset({imc.Abort.ID})), VEHICLE)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_cut_that_is_killed_leaves_no_log_and_the_next_one_succeeds(make_log, tmp_path):
+    folder, out = make_log([at(0), at(1)]), tmp_path / "out"
+    code = "import os, sys; import imc; from pathlib import Path; from runtime.logs import create_log\n"
+    code += "with create_log(Path(sys.argv[1])) as log: log.write(imc.encode(imc.Voltage())); log.flush(); os._exit(9)"
+    assert subprocess.run([sys.executable, "-c", code, str(out)]).returncode == 9
+    assert not out.exists()
+    assert cut_by(folder, out) == packets_of(folder)
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_full_disk_leaves_no_log_and_is_named_with_the_file(make_log, tmp_path):
+    noise = Random(1)
+    log = imc.Log(make_log([at(n, imc.DevDataBinary, value=noise.randbytes(10_000)) for n in range(10)]))
+    before, out = set(tmp_path.iterdir()), tmp_path / "out"
+    with largest_file(40_000), pytest.raises(OSError, match=re.escape(str(out / "Data.lsf.gz"))) as caught:
+        cut(log, out, PacketSelection(), VEHICLE)
+    assert caught.value.errno == errno.EFBIG
+    assert set(tmp_path.iterdir()) == before
 
 
 def test_an_existing_folder_is_left_alone(make_log, tmp_path):
