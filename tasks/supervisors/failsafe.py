@@ -23,6 +23,7 @@ TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
 CROSS = 4  # fins: below, port, starboard, above
 DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
+DEEPEST_BENCH = 5.0  # m that a depth sensor may show on a bench, until a control loop has been enabled
 STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
 DEPTH_JUMP = 1.0  # m beyond what motion explains
 SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can be
@@ -43,7 +44,8 @@ class Failsafe(Task):
 
     With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
-    goes astern, and ahead while its bow is up.
+    goes astern, and ahead while its bow is up. The motor of a vehicle that may stand on a bench does not turn: no
+    control loop has been enabled since the start, and no depth was greater than 5 m.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -114,6 +116,7 @@ class Failsafe(Task):
         self._rising, self._ascending, self._reported = 0.0, False, False
         self._jumped = 0.0
         self._missed: dict[str, int] = {}
+        self._is_at_sea = False
         self._loops = self._scope = 0
         self._limit = self._own.deepest
         self._depth, self._deep_since, self._too_deep = -math.inf, math.inf, False
@@ -123,6 +126,7 @@ class Failsafe(Task):
 
     @consume
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
+        self._is_at_sea |= loops.enable == loops.Enable.ENABLE and loops.mask != 0
         if loops.scope_ref >= self._scope:
             self._scope = loops.scope_ref
             self._loops = self._loops | loops.mask if loops.enable else self._loops & ~loops.mask
@@ -142,6 +146,7 @@ class Failsafe(Task):
                 self._jumped += depth.value - self._depth
             self._rising += SMOOTHING * (clamp_magnitude(rate, FASTEST) - self._rising)
         self._depth, self._measured = depth.value, self.now
+        self._is_at_sea |= depth.value > DEEPEST_BENCH
         coasts = COASTS * max(0.0, -self._rising - GENTLY)
         deep = depth.value + coasts > self._limit + self.depth_margin
         self._deep_since = min(self._deep_since, self.now) if deep else math.inf
@@ -153,6 +158,7 @@ class Failsafe(Task):
         """Use the estimate where the sensor is silent, and its vertical speed where the sensor is wrong."""
         if math.isfinite(state.depth):
             self._estimated, self._estimated_depth = self.now, state.depth
+            self._is_at_sea |= state.depth > DEEPEST_BENCH
             self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
 
     @consume
@@ -253,7 +259,7 @@ class Failsafe(Task):
     def _watch_ascent(self) -> None:
         """Begin and end the powered ascent of an uncontrolled vehicle."""
         ascent, now, before = self._ascent, self.now_without_stalls, self._ascent.failed
-        if self._loops:
+        if self._loops or not self._is_at_sea:
             ascent.reset(now)
             ascent.heavy = self._reported = False
         elif self.age(max(self._measured, self._estimated)) < DEPTH_TIMEOUT:

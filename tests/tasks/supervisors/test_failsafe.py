@@ -245,6 +245,23 @@ def test_a_depth_that_has_jumped_to_the_surface_is_doubted_where_gps_has_no_fix(
     assert not driven(lambda t: 0.01 if t == 5.0 else max(0.01, 6.0 - 0.2 * t)), "a single one, and the way up"
 
 
+@pytest.mark.parametrize("shown", [0.4, 4.9, -0.6, 1.5])
+@pytest.mark.parametrize("fixes", [0.0, 30.0])
+def test_no_motor_turns_on_a_bench_whatever_a_depth_sensor_without_zero_shows(shown, fixes):
+    """At 1.5 m it is set to zero after a minute; with fixes the vehicle was outside before."""
+    fix = {"type": imc.GpsFix.Type.STANDALONE, "validity": imc.GpsFix.Validity.VALID_POS}
+    depths = [imc.Depth(timestamp=0.5 * k, value=0.0 if shown == 1.5 and k > 120 else shown) for k in range(600)]
+    options = {"seconds": 300.0, "servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
+
+    def turns(*more):
+        run = guarded(*depths, *every(imc.GpsFix, 1.0, fixes, **fix), *more, **options)
+        return any(m.value for m in run.of(imc.SetThrusterActuation))
+
+    assert not turns()
+    off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
+    assert turns(ON, off) or shown == -0.6, "after a control loop has been enabled it may be at sea"
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [("EstimatedStat", "did you mean 'EstimatedState'"), ("EstimatedState: PAHT", "did you mean 'PATH'")],
