@@ -54,9 +54,9 @@ class StallRecord:
         """The longest stall (ns) of those that ended less than `LISTENING` before `now`; 0 if there was none."""
         return self.longest_since(now - LISTENING)
 
-    def longest_since(self, since: int) -> int:
-        """The longest stall that ended after `since` (ns since 1970), in ns; 0 if there was none."""
-        return max((stall.length for stall in self._stalls if stall.end > since), default=0)
+    def longest_since(self, since: int, begun: int = 0) -> int:
+        """The longest stall (ns) that ended after `since` and began at `begun` or later (ns since 1970); 0 if none."""
+        return max((stall.length for stall in self._stalls if stall.end > since and stall.begin >= begun), default=0)
 
     def left_out_since(self, since: float) -> int:
         """The time that the process did not run since a time (ns since 1970), as far as ages leave it out (ns)."""

@@ -16,6 +16,7 @@ SILENCE = 60.0  # s of real time between two warnings of a kind
 ENOUGH = 0.95  # share of the requested speed below which a warning is logged
 MERGED = 0.01  # share of the periodic calls
 NAMED_STALL = 1.0  # s, least stall that is reported
+STARTING = 1.0  # s after the start, in which tasks load what they need: a stall that begins then is the start's own
 LONGEST_STALL = 10.0  # s, after which the position is unknown: the plan has to end
 STALL_HOLD = 10.0  # s for which the entity is in ERROR then
 STEP = 0.5  # s, least step of the system time that is reported; a busy computer may read two clocks this far apart
@@ -41,7 +42,7 @@ class RealtimeLag:
         self._ticks: dict[str, tuple[int, int]] = {}  # missed and due, by task
         self._warnings, self._hung = ReportLimit(SILENCE), ReportLimit()
         self._offset = self._system_time()
-        self._polled, self._stalled_until = 0, math.inf
+        self._polled, self._started, self._stalled_until = 0, 0, math.inf
 
     def poll(self) -> None:
         """Measure, and warn in the log book."""
@@ -104,7 +105,11 @@ class RealtimeLag:
     def _look_at_stalls(self) -> None:
         kernel, daemon = self._vehicle.kernel, self._vehicle.daemon
         polled, self._polled = self._polled, kernel.now_ns
-        stall = kernel.stalls.longest_since(polled) / SECOND if polled else 0.0
+        if not polled:
+            self._started = kernel.now_ns + round(STARTING * SECOND)
+        stall = kernel.stalls.longest_since(polled, self._started) / SECOND
+        if not stall and (loading := kernel.stalls.longest_since(polled) / SECOND) > LONGEST_STALL:
+            self._warn("start", f"the start took {loading:.1f} s: the computer was busy")
         text = f"the process stood still for {stall:.1f} s"
         if stall > LONGEST_STALL:
             self._stalled_until = kernel.now + STALL_HOLD

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from runtime import Task, periodic
+from runtime import State, Task, periodic
 from runtime.kernel import SECOND, ScaledClock, WallClock
 from runtime.profile import load_profile
 from runtime.vehicle import build, realtime_lag
@@ -55,6 +55,24 @@ def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkey
     assert "keeps its own time until the run is started again: 3600." in told[0]
     assert "behind the system time" in told[0]
     assert vehicle.kernel.now_ns / 1e9 - vehicle.start_time < 100.0
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("begin", "length", "said_of_it"),
+    [
+        (0.4, 6.0, ""),
+        (0.4, 12.0, "the start took 1"),
+        (3.4, 6.0, "the process stood still for "),
+    ],
+)
+def test_a_start_that_takes_long_is_no_stall(tmp_path, begin, length, said_of_it):
+    """As on an overloaded computer, where loading takes seconds."""
+    vehicle, said = run(StallingClock(1_750_000_000 * SECOND, [(begin, length)]), length + 6.0, tmp_path)
+    found = [text for text in said if "stood still" in text or "start took" in text]
+    assert len(found) == bool(said_of_it)
+    assert all(text.startswith(said_of_it) for text in found)
+    assert vehicle.daemon.entity.state == State.NORMAL
 
 
 @pytest.mark.heavy
