@@ -6,8 +6,9 @@ import pytest
 from flying import CCU, OWN
 
 import imc
-from runtime.testing import simulate
+from runtime.testing import START, simulate
 from tasks.monitors.emergency import Emergency
+from tests.tasks.mission.stalling_clock import StallingClock
 
 NUMBER = "+351000000000"
 FIX = imc.GpsFix(timestamp=2.0, validity=4, lat=math.radians(41.185), lon=math.radians(-8.7062))
@@ -62,6 +63,13 @@ def test_without_a_fix_the_place_is_unknown():
 )
 def test_who_is_out_of_reach_sends(feed, active, count):
     assert len(texts(sent(*feed, active=active))) == count
+
+
+@pytest.mark.parametrize(("beats", "count"), [(True, 0), (False, 1)])
+def test_a_process_that_stands_still_sends_no_message_for_the_console_that_it_could_not_receive(beats, count):
+    received = [imc.Heartbeat(timestamp=float(t), src=CCU) for t in (*range(30), *range(231, 270))] if beats else []
+    clock = StallingClock(round(START * 1e9), [(30.05, 200.0)])
+    assert len(texts(sent(*medium(WATER), *received, seconds=268.0, clock=clock))) == count
 
 
 STRANGE = [math.nan, math.inf, -math.inf, 1e30]

@@ -4,9 +4,10 @@ import pytest
 from flying import CCU, OWN, plan_of
 
 import imc
-from runtime.testing import simulate
+from runtime.testing import START, simulate
 from tasks.plan.db import DB
 from tasks.supervisors.auv.lost_comms import LostComms
+from tests.tasks.mission.stalling_clock import StallingClock
 
 Control = imc.PlanControl
 State = imc.PlanControlState
@@ -22,10 +23,10 @@ def store(at=0.5, name="lostcomms"):
     return imc.PlanDB(timestamp=at, src=CCU, dst=OWN, op=imc.PlanDB.Op.SET, plan_id=name, arg=plan)
 
 
-def starts(*feed, seconds=60.0, settings=None, **parameters):
+def starts(*feed, seconds=60.0, settings=None, clock=None, **parameters):
     """Times (s) of its STARTs."""
     tasks = [(LostComms, {"lost_comms_timeout": 20.0, **parameters}), DB]
-    run = simulate(tasks, sorted(feed, key=lambda m: m.timestamp), seconds=seconds, settings=settings)
+    run = simulate(tasks, sorted(feed, key=lambda m: m.timestamp), seconds=seconds, settings=settings, clock=clock)
     requests = [m for m in run.of(Control) if m.op == Control.Op.START and m.type == Control.Type.REQUEST]
     assert {(m.plan_id, m.dst, m.flags) for m in requests} <= {("lostcomms", OWN, Control.Flags.IGNORE_ERRORS)}
     return [round(m.timestamp - run.vehicle.start_time) for m in requests]
@@ -67,6 +68,14 @@ def test_a_plan_that_another_run_has_stored_counts():
 )
 def test_it_does_nothing(feed):
     assert starts(*feed) == []
+
+
+@pytest.mark.parametrize(("beats", "times"), [(True, []), (False, [72])])
+def test_a_process_that_stands_still_does_not_lose_its_console(beats, times):
+    """For 50 s, in which Heartbeat could not be received; without a console the time of 20 s goes on afterwards."""
+    received = [imc.Heartbeat(timestamp=float(t), src=CCU) for t in (*range(10), *range(61, 90))] if beats else []
+    clock = StallingClock(round(START * 1e9), [(10.05, 50.0)])
+    assert starts(store(), *WAITING, *received, seconds=90.0, clock=clock) == pytest.approx(times, abs=1)
 
 
 @pytest.mark.parametrize(("listed", "times"), [("", []), ("0x4101", [22]), ("0x4999, 0x4101", [])])
