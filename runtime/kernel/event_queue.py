@@ -56,13 +56,21 @@ class EventQueue:
             heappush(self._later, (timer.time, self._arrivals, timer))
 
     def pop_due(self, owner: object) -> Timer | None:
-        """Take the next timer of `owner` that is due now out of the queue."""
-        self._gather()
+        """Take the next timer of `owner` out of the queue of what is due now."""
         for entry in self._due:
             if self._owner(*entry) is owner and entry[1] and isinstance(timer := entry[1][0], Timer) and timer.function:
                 self._due.remove(entry)
                 return timer
         return None
+
+    @property
+    def has_unqueued_timers(self) -> bool:
+        """Whether timers that are due now wait behind calls that came between two runs."""
+        return bool(self._later) and self._later[0][0] <= self.now_ns
+
+    def queue_due_timers(self) -> None:
+        """Move the timers that are due now to the queue, as the kernel does when time has passed."""
+        self._gather()
 
     def clear(self) -> None:
         """Drop all pending calls."""

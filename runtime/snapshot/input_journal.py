@@ -25,8 +25,9 @@ from runtime.task import Task
 from runtime.vehicle import Vehicle
 
 MANY = 256  # entries after which a journal is packed, or begins again if no script runs
-TIMER, CHANGED, SET = "", "!changed", "!set"
-"""Entries without a method: the next due timer; parameters changed with `on_reconfigure`; parameters only set."""
+TIMER, CHANGED, SET, EARLY, QUEUED = "", "!changed", "!set", "!early", "!queued"
+"""Entries without a method: the next due timer; parameters changed with `on_reconfigure`; parameters only set; a moment
+begins whose timers are not queued yet, since a message came between two runs; they are queued now."""
 
 JournalEntry = tuple[int, int | str, tuple[Any, ...]]
 PlainJournalEntry = tuple[int, int | str, list[Any]]
@@ -138,7 +139,7 @@ class InputJournals:
             raise SnapshotError("several vehicles on one kernel cannot be saved")
         self._vehicle = vehicle
         self._kernel = vehicle.kernel
-        self._moment = -1
+        self._moment, self._early = -1, False
         self._changed: int | None = None
         self._journals = {id(task): InputJournal(task) for task in vehicle.tasks if _has_scripts(type(task))}
         self._handlers: dict[int, tuple[InputJournal, int]] = {}
@@ -188,8 +189,14 @@ class InputJournals:
         if self._changed is not None:
             self._settle()
         if now != self._moment:
-            self._moment = now
-            self._keep_short(now, timer)
+            self._moment, self._early = now, self._kernel.has_unqueued_timers
+            if self._early:
+                self._note_in_all(EARLY)
+            else:
+                self._keep_short(now, timer)
+        elif self._early and not self._kernel.has_unqueued_timers:
+            self._early = False
+            self._note_in_all(QUEUED)
         if timer is not None:
             owner = timer.owner
             if timer.function is not None and (journal := self._journals.get(id(owner))) is not None:
@@ -203,6 +210,10 @@ class InputJournals:
                 self._note_call(journal, function, args)
         if owner is self._vehicle.daemon:
             self._changed = now
+
+    def _note_in_all(self, key: str) -> None:
+        for journal in self._journals.values():
+            journal.entries.append((self._moment, key, ()))
 
     def _note_call(self, journal: InputJournal, function: Callable[..., object], args: tuple[Any, ...]) -> None:
         if isinstance(function, MethodType):

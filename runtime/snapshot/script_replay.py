@@ -6,7 +6,7 @@ from typing import Any
 from runtime.bus import Subscription
 from runtime.kernel import Timer
 from runtime.snapshot.allowlist import SnapshotError
-from runtime.snapshot.input_journal import CHANGED, SET, TIMER, JournalStart, unpack_chunk
+from runtime.snapshot.input_journal import CHANGED, EARLY, QUEUED, SET, TIMER, JournalStart, unpack_chunk
 from runtime.snapshot.task_state import (
     check_parameter_values,
     do_nothing,
@@ -100,7 +100,10 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
     for time, key, words in chunk.entries:
         if time < kernel.now_ns:
             raise SnapshotError("not a valid snapshot: a journal goes back in time")
-        kernel.set_now(time)
+        if time > kernel.now_ns:
+            kernel.set_now(time)
+            if key != EARLY:
+                kernel.queue_due_timers()
         args: list[Any] = [
             messages[word] if isinstance(word, int) else reader.from_plain_value(word[0]) for word in words
         ]
@@ -111,6 +114,10 @@ def _live(task: Task, data: bytes, handlers: list[Callable[..., object]]) -> Non
             if timer is None or timer.function is None:
                 raise SnapshotError(f"{task.name} cannot be restored: a timer is missing")
             timer.function(*timer.args)
+        elif key == EARLY:
+            pass
+        elif key == QUEUED:
+            kernel.queue_due_timers()
         elif key == CHANGED:
             task.parameter_set.restore(check_parameter_values(task, args[0]))
             task.configure()
