@@ -16,6 +16,8 @@ NEAR_SURFACE = 1.0  # m; there is no use in going astern
 HELP_SINKS = 3.0  # m deeper than at its start, at which help only makes it worse
 PULSE, COAST, SINKS_AGAIN = 3.0, 8.0, 0.2  # s, s, m: astern, the bow comes up in the end, and pauses let it down
 AHEAD, AHEAD_TIME = math.radians(10.0), 1.0  # with the bow so far up, going ahead lifts it; s that a pitch is good for
+STEEP, LEVELED = math.radians(-30.0), math.radians(-20.0)  # no plan pitches the bow down so far
+STEEP_FOR, SINKS_STEEPLY, LONGEST_STOP = 0.5, 0.05, 8.0  # s, m/s upward at most, s: a dive that going astern stops
 LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
@@ -65,6 +67,7 @@ class AscentMonitor:
         self._unseen = self._jumped = 0.0
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         self._bow_up, self._pitched = False, -math.inf
+        self._steep = self._stopped = math.inf
 
     @property
     def share(self) -> float:
@@ -91,6 +94,8 @@ class AscentMonitor:
         self._doubted, self._climbs, self._floats = None, False, False
         self._risen, self._updated, self._sank = 0.0, math.nan, False
         self._unseen, self.pitch_faulty = 0.0, False
+        self.astern &= self._stopped == math.inf
+        self._steep = self._stopped = math.inf
 
     def update(
         self,
@@ -121,7 +126,7 @@ class AscentMonitor:
         self._risen = 0.0 if surfaced else self._risen
         if surfaced or shallow:
             self._float(now)
-        elif self.helping:
+        elif self.helping and not self._stops_dive:
             self._extreme = max(self._extreme, depth)
             self._pause_astern(now, depth)
             if depth < self._extreme - RISEN:
@@ -138,6 +143,25 @@ class AscentMonitor:
         if elapsed > self.delay:
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
             self._depth, self._since, self.astern = depth, now, False
+
+    @property
+    def _stops_dive(self) -> bool:
+        return self._stopped < math.inf and self.astern
+
+    def stop_dive(self, now: float, pitch: float, rising: float) -> None:
+        """Go astern, once, where a bow that is far down (rad) keeps a vehicle without a plan from rising (m/s).
+
+        So it leaves the bottom, or does not reach it, before its bow comes up: then an astern thrust lifts no more.
+        """
+        if self._stops_dive:
+            if pitch > LEVELED or now - self._stopped > LONGEST_STOP or not self.helping:
+                self.helping, self.astern, self._since, self._extreme = False, False, now, -math.inf
+            return
+        steep = pitch < STEEP and rising < SINKS_STEEPLY and self._depth > NEAR_SURFACE and self._updated == now
+        self._steep = min(self._steep, now) if steep else math.inf
+        if now - self._steep > STEEP_FOR and self._stopped == math.inf and not (self.helping or self.astern):
+            self.helping = self.astern = True
+            self._stopped, self._coasts = now, -math.inf
 
     def record_pitch(self, now: float, pitch: float, pitching: float, rising: float = 0.0) -> None:
         """End help that turns the bow (rad, rad/s) farther down, as fins do that are jammed.
@@ -163,6 +187,8 @@ class AscentMonitor:
         if self.helping or self._afloat is None:
             self._afloat = now
         self.helping, self._extreme, self._since = False, -math.inf, now
+        self.astern &= not self._stops_dive
+        self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         if now - self._afloat > AT_SURFACE:
             self.heavy = self.failed = self.astern = False
 

@@ -113,6 +113,7 @@ class Failsafe(Task):
         self._floats = False
         self._estimated_depth = -math.inf
         self._estimated_rising: float | None = None
+        self._estimated_pitch = math.nan
         self._rising, self._ascending, self._reported = 0.0, False, False
         self._jumped = 0.0
         self._missed: dict[str, int] = {}
@@ -160,6 +161,7 @@ class Failsafe(Task):
             self._estimated, self._estimated_depth = self.now, state.depth
             self._is_at_sea |= state.depth > DEEPEST_BENCH
             self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
+            self._estimated_pitch = state.theta
 
     @consume
     def record_fix(self, fix: imc.GpsFix) -> None:
@@ -271,6 +273,8 @@ class Failsafe(Task):
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
             jumped = -self._jumped if self._jumped < -DEPTH_JUMP else 0.0
             ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, jumped)
+            if rising is not None and abs(self._estimated_pitch) <= UPRIGHT and not surfaced:
+                ascent.stop_dive(now, self._estimated_pitch, rising)
         else:
             ascent.update_without_depth(now, self._depth, self.age(self._measured))
         if ascent.failed and not before:

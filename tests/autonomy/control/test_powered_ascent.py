@@ -101,6 +101,42 @@ def test_astern_it_pauses_when_the_bow_has_come_up():
     assert monitor.helping
 
 
+def dives(pitch, rising, seconds=10.0, depth=5.0):
+    """Shares of the thrust of a vehicle without a plan whose bow is at a pitch (rad) that it keeps for a time (s)."""
+    monitor = AscentMonitor(0.3, 20.0)
+    monitor.reset(0.0)
+    shares = []
+    for tick in range(4 * 15):
+        monitor.update(0.25 * tick, depth, False)
+        monitor.stop_dive(0.25 * tick, pitch if 0.25 * tick < seconds else 0.0, rising)
+        shares.append(monitor.share if monitor.helping else 0.0)
+    return shares, monitor
+
+
+def test_a_bow_far_down_is_brought_up_astern_at_once_and_only_once():
+    shares, monitor = dives(-1.0, 0.0)
+    assert shares.index(-1.0) <= 4
+    assert 4 * 7 < shares.count(-1.0) <= 4 * 9, "it changes nothing"
+    assert shares[-1] == 0.0
+    assert (monitor.heavy, monitor.failed, monitor.astern) == (False, False, False)
+    shares, _ = dives(-1.0, 0.0, seconds=4.0)
+    assert shares.count(-1.0) <= 4 * 4, "the bow is up"
+    for pitch, rising, depth in ((-0.4, -0.3, 5.0), (-1.0, 0.1, 5.0), (-1.0, 0.0, 0.5)):
+        assert not any(dives(pitch, rising, depth=depth)[0])
+
+
+def test_astern_at_the_surface_it_does_not_pause_for_an_attempt_before():
+    monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
+    monitor = watch(lambda t: max(0.0, 14.7 - 1.5 * (t - 47.0)), 30.0, monitor, begin=47.0)
+    assert not monitor.helping
+    shares = []
+    for tick in range(8):
+        monitor.update(77.0 + 0.25 * tick, 0.4, False)
+        shares.append(monitor.share)
+    assert min(shares) < 0.0
+    assert max(shares) < 0.0
+
+
 def test_an_attempt_astern_goes_ahead_while_the_bow_is_up():
     """Fins that are jammed turn the bow up astern, and down ahead."""
     monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
