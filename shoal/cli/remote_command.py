@@ -6,7 +6,7 @@ import functools
 import io
 from collections.abc import Callable, Coroutine, Mapping
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar, cast
+from typing import Any, Final, NoReturn, TypeVar, cast
 
 import click
 from click.shell_completion import CompletionItem

@@ -223,8 +223,8 @@ class AirSim(ImageSaverTask):
         self.report_entity_state(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
         pose = made.pose.copy()
         pose[:3, 3] -= self.origin
-        if believed is None:  # after a stall, the next state has come meanwhile
-            believed = self.pose_history.pose_at(time, OLDEST)
+        if estimated is None:  # after a stall, the next state has come meanwhile
+            estimated = self.pose_history.pose_at(time, OLDEST)
         info = {"airsim_time": made.stamp}
         self.publish_frame(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if estimated is None else estimated.transform @ made.mount
