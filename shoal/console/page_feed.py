@@ -31,10 +31,10 @@ class Viewer:
 
     def __init__(self) -> None:
         self.fields: tuple[str, ...] = ()
-        self.dropped = 0
+        self.dropped: int = 0
         self._waiting: deque[bytes] = deque()
         self._news = asyncio.Event()
-        self.needs_all = True
+        self.needs_all: bool = True
 
     def put(self, frame: bytes) -> None:
         if len(self._waiting) >= MOST_WAITING:

@@ -28,9 +28,9 @@ class ConsoleServer:
     """
 
     def __init__(self, network: Network, port: int = 0, tile_folder: Path | None = None) -> None:
-        libraries, self.troubles = read_browser_files()
+        libraries, missing = read_browser_files()
         tiles = TileSets(tile_folder)
-        self.troubles += tiles.troubles
+        self.troubles: list[str] = [*missing, *tiles.troubles]
         self._socket = _listening_socket(port)
         self.port: int = self._socket.getsockname()[1]
         self._access = Access()

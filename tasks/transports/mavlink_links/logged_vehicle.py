@@ -111,21 +111,21 @@ class LoggedPlans(PlanClient):
     def __init__(self, port: VehiclePort) -> None:
         super().__init__(port)
         self._stored: dict[str, imc.PlanSpecification] = {}
-        self._asked: dict[tuple[type[imc.Message], int, int], imc.PlanSpecification] = {}
+        self._requested: dict[tuple[type[imc.Message], int, int], imc.PlanSpecification] = {}
 
     def learn(self, message: imc.PlanDB | imc.PlanControl) -> None:
         """Take the plan of an answer of the vehicle, and that of a request once it has succeeded."""
         kinds, plan = type(message).Type, message.arg if isinstance(message.arg, imc.PlanSpecification) else None
         if message.type == kinds.REQUEST:
             if plan is not None:
-                self._asked[type(message), message.src, message.request_id] = plan
-                if len(self._asked) > MOST_PLANS:
-                    del self._asked[next(iter(self._asked))]
+                self._requested[type(message), message.src, message.request_id] = plan
+                if len(self._requested) > MOST_PLANS:
+                    del self._requested[next(iter(self._requested))]
             return
         if message.type == kinds.IN_PROGRESS:
             return
-        asked = self._asked.pop((type(message), message.dst, message.request_id), None)
-        if message.type == kinds.SUCCESS and (plan := plan or asked) is not None:
+        requested = self._requested.pop((type(message), message.dst, message.request_id), None)
+        if message.type == kinds.SUCCESS and (plan := plan or requested) is not None:
             self.add_plan(plan)
 
     def add_plan(self, plan: imc.PlanSpecification) -> None:
@@ -136,7 +136,7 @@ class LoggedPlans(PlanClient):
 
     def forget(self) -> None:
         self._stored.clear()
-        self._asked.clear()
+        self._requested.clear()
 
     def fetch(self, plan_id: str, then: OnReply, now: float) -> None:
         plan = self._stored.get(plan_id)
@@ -259,7 +259,6 @@ class LoggedEndpoint(VehicleEndpoint):
     """The logged vehicle as stations see it: it rejects all orders, and its plans are those of the log."""
 
     model: LoggedVehicle
-    plans: LoggedPlans
 
     def __init__(
         self,
@@ -269,13 +268,13 @@ class LoggedEndpoint(VehicleEndpoint):
         equipment: VehicleEquipment,
         warn: Callable[[str], object],
     ) -> None:
-        plans = LoggedPlans(port)
-        super().__init__(dialect, model, port, equipment, warn=warn, plans=plans, refusal=REFUSAL)
+        self._logged_plans = LoggedPlans(port)
+        super().__init__(dialect, model, port, equipment, warn=warn, plans=self._logged_plans, refusal=REFUSAL)
 
     def reset(self) -> None:
         """Drop all state but home: the replay continues elsewhere in the log."""
         self.model.reset()
-        self.plans.forget()
+        self._logged_plans.forget()
         self.mission.use_plan("", 0.0)
 
     def learn_entities_and_plans(self, message: imc.Message, date: float = math.nan) -> None:
@@ -283,9 +282,9 @@ class LoggedEndpoint(VehicleEndpoint):
         self.model.learn_entities(message, date)
         match message:
             case imc.PlanDB() | imc.PlanControl():
-                self.plans.learn(message)
+                self._logged_plans.learn(message)
             case imc.PlanSpecification():
-                self.plans.add_plan(message)
+                self._logged_plans.add_plan(message)
                 if message.plan_id not in GUIDED_PLANS and not message.plan_id.endswith(REST_SUFFIX):
                     self.mission.use_plan(message.plan_id, 0.0)
             case _:
