@@ -14,6 +14,8 @@ LATENCIES = 0.0, *(i * COARSENESS for i in range(2, 1 + int(LONGEST / COARSENESS
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
 EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
 FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
+LEAST_MADE = 1.0  # m/s², below which the force shows no load
+LOAD_TIME = 0.3  # s, in which the scale of the force follows another load
 LONGEST_JUDGED = 0.06  # s; over a longer step, of a computer that is late, the mean force is that of an earlier command
 EXPLAINED_FOR, WITHIN = 2.0, 0.15  # s, and the share by which a force may differ from a thrust in this time
 
@@ -26,8 +28,8 @@ APART, APART_FOR = 1.0, 0.3  # m, s: a barometer that differs by more, for so lo
 class ThrustResponseCheck:
     """Compares the specific force along the mast (m/s²) with the one that the commanded thrust makes.
 
-    `lags` if forces of some time before explain the measured one better than those of now, until it follows again. A
-    load that changes only scales the force, which is not compared.
+    `lags` if forces of some time before explain the measured one better than those of now, and than another load does,
+    which scales the force; until it follows again.
     """
 
     def __init__(self) -> None:
@@ -54,6 +56,7 @@ class ThrustResponseCheck:
         self._changes: list[float] = []  # of the thrust
         self._off = [0.0] * len(LATENCIES)
         self._stirred = 0.0
+        self._scale, self._off_scaled = 1.0, 0.0
 
     def update(self, now: float, dt: float, expected: float, force: float | None) -> None:
         """A force `dt` s after the last at a time (s), None if it is unknown, and the one that is `expected`."""
@@ -77,11 +80,14 @@ class ThrustResponseCheck:
             keep * off + dt * (measured - changes[bisect_right(times, now - late, 1) - 1]) ** 2
             for off, late in zip(self._off, LATENCIES, strict=True)
         ]
+        self._off_scaled = keep * self._off_scaled + dt * (force - self._scale * self._made) ** 2
+        self._scale += min(1.0, dt / LOAD_TIME) * (force / max(self._made, LEAST_MADE) - self._scale)
         at_once, late = self._off[0], min(self._off[1:])
         if self.lags:
             self.lags = not (self._stirred > STIRRED and at_once < FOLLOWS * self._stirred)
         elif at_once > STIRRED:
-            self.lags = late < min(EXPLAINED * at_once, FOLLOWS * self._stirred)  # the latter not after a new load
+            by_load = min(at_once, self._off_scaled)
+            self.lags = late < min(EXPLAINED * by_load, FOLLOWS * self._stirred)
 
     def _record(self, now: float, thrust: float, change: float) -> None:
         times = self._times

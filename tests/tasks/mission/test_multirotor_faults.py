@@ -81,8 +81,8 @@ def test_a_multirotor_whose_receiver_does_not_know_the_height_flies_its_plan_by_
     assert flight.wrong_depth < 1.0
 
 
-@pytest.mark.parametrize(("load", "after"), [(-0.3, 11.0), (0.6, 8.0)])
-def test_a_multirotor_with_late_pressures_and_another_load_does_not_fly_away(load, after, fly, tmp_path):
+@pytest.mark.parametrize(("load", "after"), [(-0.3, 11.0), (-0.5, 11.0), (0.6, 8.0), (0.6, 15.0)])
+def test_a_multirotor_with_late_pressures_and_another_load_lands_softly(load, after, fly, tmp_path):
     def inject(vehicle):
         late(BAROMETER, 1.5)(vehicle)
         craft = vehicle.task("Simulators.UAV").craft
@@ -91,4 +91,5 @@ def test_a_multirotor_with_late_pressures_and_another_load_does_not_fly_away(loa
 
     flight = fly(tmp_path, inject, "hexa-00", 150.0)
     assert -min(flight.depths) < 20.0
+    assert flight.touchdown < 2.5
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
