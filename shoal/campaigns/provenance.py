@@ -9,7 +9,17 @@ from pathlib import Path
 from runtime.profile import own_etc
 from support.top_level_packages import PACKAGES
 
-_APART = ("cli", "campaigns", "fleet", "logs", "network", "neptus", "rendering", "rerun")  # no run depends on these
+_APART = (
+    "cli",
+    "campaigns",
+    "console",
+    "fleet",
+    "logs",
+    "network",
+    "neptus",
+    "rendering",
+    "rerun",
+)  # no run depends on these
 _ENDINGS = (".py", ".yaml", ".ini", ".xml", ".npz", ".csv", ".txt")
 
 

@@ -6,12 +6,13 @@ import math
 import time
 from collections import deque
 from collections.abc import Iterable
-from typing import Any
+from contextlib import suppress
+from typing import Any, cast
 
 import msgspec
 
 import imc
-from shoal.console.vehicle_view import KINDS, EntityTimes, View, changed_sections, position, vehicle_view, word
+from shoal.console.vehicle_view import KINDS, ArrivalTimes, View, changed_sections, position, vehicle_view, word
 from shoal.network import MessageListener, Network, NetworkSystem, field_value
 from support.terminal_text import printable
 
@@ -26,7 +27,7 @@ MOST_FIELDS = 8  # of a page, to be drawn
 class Viewer:
     """A page: frames that wait for it, and the fields that it draws.
 
-    One that has missed a frame gets everything anew, since frames have only changes.
+    One that has missed a frame gets everything but the tracks anew, since frames have only changes.
     """
 
     def __init__(self) -> None:
@@ -35,6 +36,7 @@ class Viewer:
         self._waiting: deque[bytes] = deque()
         self._news = asyncio.Event()
         self.needs_all: bool = True
+        self.needs_tracks: bool = True
 
     def put(self, frame: bytes) -> None:
         if len(self._waiting) >= MOST_WAITING:
@@ -59,12 +61,13 @@ class PageFeed:
         self._network = network
         self._viewers: set[Viewer] = set()
         self._sent: dict[str, dict[str, View]] = {}
+        self._known: set[str] = set()
         self._tracks: dict[str, deque[list[float | None]]] = {}
         self._log: deque[list[object]] = deque(maxlen=LOG_ENTRIES)
         self._listener: MessageListener | None = None
         self._woken = asyncio.Event()
         self._asked: dict[str, float] = {}
-        self._times = EntityTimes()
+        self._times = ArrivalTimes()
 
     def add(self, viewer: Viewer) -> None:
         self._viewers.add(viewer)
@@ -76,11 +79,10 @@ class PageFeed:
     async def run(self) -> None:
         """Make frames until it is cancelled."""
         network = self._network
-        for kind in KINDS:
-            network.subscribe(None, (kind,))
         self._listener = network.listen(None, (imc.LogBookEntry,))
         drawn = 0.0
         try:
+            network.subscribe(None, KINDS)
             while True:
                 now = time.monotonic()
                 self._ask_for_states(now)
@@ -93,14 +95,15 @@ class PageFeed:
                     await asyncio.sleep(PERIOD)
                 else:
                     self._sent.clear()
-                    self._woken.clear()
-                    try:
-                        async with asyncio.timeout(TRACK_PERIOD):
-                            await self._woken.wait()
-                    except TimeoutError:
-                        pass
+                    await self._wait_for_viewer()
         finally:
             network.close_listener(self._listener)
+
+    async def _wait_for_viewer(self) -> None:
+        self._woken.clear()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(TRACK_PERIOD):
+                await self._woken.wait()
 
     def _ask_for_states(self, now: float) -> None:
         """Ask each new vehicle for labels and states once in 5 s, until it has sent them."""
@@ -149,29 +152,23 @@ class PageFeed:
             "log": list(entries),
         }
         small = encode(news)
-        whole = b""
+        whole = {**frame, "all": True, "gone": [], "vehicles": views, "log": list(self._log)}
+        made: dict[bool, bytes] = {}
         for viewer in self._viewers:
-            if viewer.needs_all:
-                whole = whole or encode(
-                    {
-                        **frame,
-                        "all": True,
-                        "gone": [],
-                        "vehicles": views,
-                        "log": list(self._log),
-                        "tracks": {name: list(track) for name, track in self._tracks.items()},
-                    }
-                )
-                viewer.needs_all = False
-                viewer.put(whole)
-            else:
+            if not viewer.needs_all:
                 viewer.put(small)
+                continue
+            first, viewer.needs_all, viewer.needs_tracks = viewer.needs_tracks, False, False
+            if first not in made:
+                tracks = {name: list(track) for name, track in self._tracks.items()}
+                made[first] = encode({**whole, "tracks": tracks} if first else whole)
+            viewer.put(made[first])
 
     def _systems(self) -> list[NetworkSystem]:
-        """The vehicles that are there, and those that were shown before: a page has to show that one is lost."""
-        there = self._network.vehicles()
-        lost = [self._network.systems[name] for name in self._sent if name in self._network.systems]
-        return sorted({system.name: system for system in [*lost, *there]}.values(), key=lambda system: system.name)
+        """The vehicles that are there, and those that were there before: a page has to show that one is lost."""
+        self._known.update(system.name for system in self._network.vehicles())
+        systems = self._network.systems
+        return [systems[name] for name in sorted(self._known) if name in systems and systems[name].is_vehicle]
 
     def _values(self) -> dict[str, list[float | None]]:
         """Time and value of each field that a page draws."""
@@ -210,4 +207,17 @@ def encode(value: object) -> bytes:
     try:
         return msgspec.json.encode(value)
     except UnicodeEncodeError:
-        return json.dumps(msgspec.to_builtins(value, str_keys=True)).encode()
+        return json.dumps(_finite(msgspec.to_builtins(value, str_keys=True)), allow_nan=False).encode()
+
+
+def _finite(value: object) -> object:
+    """The same tree with None for numbers that JSON does not have."""
+    match value:
+        case float():
+            return value if math.isfinite(value) else None
+        case dict():
+            return {name: _finite(item) for name, item in cast(dict[str, object], value).items()}
+        case list():
+            return [_finite(item) for item in cast(list[object], value)]
+        case _:
+            return value

@@ -13,6 +13,8 @@ from shoal.network import AsyncRemoteVehicle, NetworkSystem
 
 OBEYED = 2.0  # s in which a vehicle shows that it obeys
 LOOK = 0.05  # s between two looks at its latest messages
+NEXT_POSITION = 3.0  # s
+LONGEST_PLAN = 65_536  # characters
 STATION_SPEED = 1.0  # m/s
 STATION_RADIUS = 15.0  # m
 POP_UP_TIMEOUT = 300  # s
@@ -27,25 +29,31 @@ class OrderError(Exception):
 
 async def abort(vehicle: AsyncRemoteVehicle) -> str:
     """Stop everything; the text names mode and motors as the vehicle reports them. Raises OrderError, NetworkError."""
+    system, before = vehicle.system, vehicle.system.latest_message(imc.VehicleState)
+    if system.id is None:
+        raise OrderError("nothing was sent: the vehicle has not announced its id yet")
     await vehicle.abort()
-    system = vehicle.system
-    if not await _becomes(lambda: _mode(system) in STOPPED and motors(system) != "turning"):
-        if _mode(system) not in STOPPED:
-            raise OrderError(f"Abort was confirmed, but not obeyed within {OBEYED:g} s: mode {_mode_text(system)}")
+
+    def stopped() -> bool:
+        state = system.latest_message(imc.VehicleState)
+        return state is not None and state is not before and state.op_mode in STOPPED
+
+    if not await _becomes(stopped):
+        raise OrderError(f"Abort was confirmed, but not obeyed within {OBEYED:g} s: mode {_mode_text(system)}")
+    if not await _becomes(lambda: motors(system) != "turning"):
         return f"aborted: mode {_mode_text(system)}, and the motors still turn (to come up, or running down)"
-    rest = motors(system)
-    return f"obeyed: mode {_mode_text(system)}, motors {rest or 'not reported'}"
+    return f"obeyed: mode {_mode_text(system)}, motors {motors(system) or 'not reported'}"
 
 
 async def hold(vehicle: AsyncRemoteVehicle) -> str:
     """Stay where the vehicle is: an AUV comes up there. Raises OrderError, NetworkError."""
-    state = await vehicle.latest(imc.EstimatedState)
-    lat, lon, _ = _known_position(state)
-    airborne = _type(vehicle.system) == imc.SystemType.UAV
+    kind = _type(vehicle.system)
+    lat, lon, height = await _position(vehicle)
+    airborne = kind == imc.SystemType.UAV
     station = imc.StationKeeping(
         lat=lat,
         lon=lon,
-        z=max(0.0, state.height - state.z) if airborne else 0.0,
+        z=height if airborne else 0.0,
         z_units=imc.ZUnits.HEIGHT if airborne else imc.ZUnits.DEPTH,
         radius=STATION_RADIUS,
         speed=STATION_SPEED,
@@ -59,15 +67,11 @@ async def surface(vehicle: AsyncRemoteVehicle) -> str:
     kind = _type(vehicle.system)
     if kind == imc.SystemType.USV:
         raise OrderError("a boat is at the surface")
-    state = await vehicle.latest(imc.EstimatedState)
-    lat, lon, _ = _known_position(state)
+    lat, lon, _ = await _position(vehicle)
     maneuver: imc.Message
     if kind == imc.SystemType.UAV:
-        maneuver = imc.Land(
-            lat=lat, lon=lon, z_units=imc.ZUnits.HEIGHT, speed=STATION_SPEED, speed_units=imc.SpeedUnits.METERS_PS
-        )
+        maneuver = imc.Land(lat=lat, lon=lon, speed=STATION_SPEED, speed_units=imc.SpeedUnits.METERS_PS)
     else:
-        flags = imc.PopUp.Flags.CURR_POS
         maneuver = imc.PopUp(
             timeout=POP_UP_TIMEOUT,
             lat=lat,
@@ -78,7 +82,7 @@ async def surface(vehicle: AsyncRemoteVehicle) -> str:
             speed_units=imc.SpeedUnits.METERS_PS,
             duration=POP_UP_TIMEOUT,
             radius=STATION_RADIUS,
-            flags=flags,
+            flags=imc.PopUp.Flags.CURR_POS,
         )
     return await _start(vehicle, sequential_plan(SURFACE, {"up": maneuver}))
 
@@ -91,15 +95,25 @@ async def start(vehicle: AsyncRemoteVehicle, plan: str) -> str:
 
 
 async def stop(vehicle: AsyncRemoteVehicle) -> str:
-    """Stop the plan that is running. Raises NetworkError."""
+    """Stop the plan that is running. Raises OrderError, NetworkError."""
+    system, before = vehicle.system, vehicle.system.latest_message(imc.PlanControlState)
     await vehicle.plan.stop()
-    return "the plan is stopped"
+
+    def rests() -> bool:
+        state = system.latest_message(imc.PlanControlState)
+        return state is not None and state is not before and state.state not in RUNNING
+
+    if not await _becomes(rests):
+        raise OrderError(f"the stop was accepted, but the plan still runs after {OBEYED:g} s")
+    return f"obeyed: the plan is stopped, mode {_mode_text(system)}"
 
 
 async def put(vehicle: AsyncRemoteVehicle, text: str) -> str:
     """Store a plan that is written as YAML. Raises OrderError with its line, NetworkError."""
+    if len(text) > LONGEST_PLAN:
+        raise OrderError(f"a plan as text has at most {LONGEST_PLAN} characters")
     try:
-        plan = parse_plan(text)
+        plan = await asyncio.to_thread(parse_plan, text)  # a long one takes a second
     except PlanFileError as error:
         raise OrderError(str(error)) from None
     await vehicle.plan.put(plan)
@@ -150,23 +164,26 @@ async def _start(vehicle: AsyncRemoteVehicle, plan: str | imc.PlanSpecification)
     """Start a plan; the answer says whether the vehicle executes it."""
     name = plan if isinstance(plan, str) else plan.plan_id
     estimates: list[str] = []
+    before = vehicle.system.latest_message(imc.PlanControlState)
     await vehicle.plan.start(plan, wait=False, estimated=lambda estimate: estimates.append(estimate.describe()))
     system = vehicle.system
 
     def runs() -> bool:
         state = system.latest_message(imc.PlanControlState)
-        return state is not None and state.plan_id == name and state.state in RUNNING
+        if state is None or state is before:
+            return False
+        return state.plan_id == name and state.state in RUNNING
 
     if not await _becomes(runs):
         raise OrderError(f"{name} was accepted, but is not carried out after {OBEYED:g} s: mode {_mode_text(system)}")
     return f"obeyed: {name} is carried out; {estimates[0]}" if estimates else f"obeyed: {name} is carried out"
 
 
-def _known_position(state: imc.EstimatedState) -> tuple[float, float, float]:
-    """Raises OrderError where the vehicle does not know it."""
-    found = position(state)
+async def _position(vehicle: AsyncRemoteVehicle) -> tuple[float, float, float]:
+    """Latitude and longitude (rad) and height (m) in the next state. Raises OrderError, NoAnswer."""
+    found = position(await vehicle.network.next_message(vehicle.system, imc.EstimatedState, NEXT_POSITION))
     if not all(map(math.isfinite, found)):
-        raise OrderError("the vehicle reports no position")
+        raise OrderError("the vehicle does not know its position")
     return found
 
 
@@ -190,6 +207,9 @@ def _mode_text(system: NetworkSystem) -> str:
     return "unknown" if mode is None else word(imc.VehicleState.OpMode, mode)
 
 
-def _type(system: NetworkSystem) -> int | None:
+def _type(system: NetworkSystem) -> int:
+    """Its SystemType. Raises OrderError if it is unknown: hold and surface depend on it."""
     announce = system.latest_message(imc.Announce)
-    return None if announce is None else announce.sys_type
+    if announce is None:
+        raise OrderError("the vehicle has not announced its type yet")
+    return announce.sys_type

@@ -1,13 +1,15 @@
 """The page's view of one vehicle: its latest messages as numbers with units and words."""
 
 import math
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import imc
 from imc.discovery import displayable_name
 from shoal.network import NetworkSystem
 from support.terminal_text import printable
+from support.wgs84 import is_on_earth
 
 KINDS = (
     imc.Announce,
@@ -26,35 +28,48 @@ KINDS = (
 )
 """The messages that a view is made of."""
 AT_REST = 1.0  # rpm
+OLDEST_SPEED = 3.0  # s before the newest VehicleState
 RUNNING = (imc.PlanControlState.State.EXECUTING, imc.PlanControlState.State.INITIALIZING)
 TYPES = {kind.value: kind.name.lower() for kind in imc.SystemType}
 
 View = dict[str, Any]
 
 
-class EntityTimes:
-    """When each entity of the vehicles came into the state that it has, by the times of the vehicle (s)."""
+class ArrivalTimes:
+    """When positions and states of entities of the vehicles came, by the console's clock (s since 1970).
 
-    def __init__(self) -> None:
-        self._since: dict[tuple[str, int], tuple[int, float]] = {}
+    A vehicle's own clock may be set otherwise, or run at another speed.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.time) -> None:
+        self._clock = clock
+        self._states: dict[tuple[str, int], tuple[int, float]] = {}
+        self._positions: dict[str, tuple[imc.EstimatedState, float]] = {}
+
+    def position_time(self, system: NetworkSystem, state: imc.EstimatedState) -> float:
+        """When the newest position of a vehicle came."""
+        known = self._positions.get(system.name)
+        if known is None or known[0] is not state:
+            known = self._positions[system.name] = state, self._clock()
+        return known[1]
 
     def since(self, system: NetworkSystem, state: imc.EntityState) -> float:
-        """When an entity came into a state that is its newest; the time of the first report that was seen."""
+        """When the entity of a newest state was seen in it first."""
         place = system.name, state.src_ent
-        known = self._since.get(place)
+        known = self._states.get(place)
         if known is None or known[0] != state.state:
-            known = self._since[place] = state.state, state.timestamp
+            known = self._states[place] = state.state, self._clock()
         return known[1]
 
 
-def vehicle_view(system: NetworkSystem, times: EntityTimes) -> dict[str, View]:
+def vehicle_view(system: NetworkSystem, times: ArrivalTimes) -> dict[str, View]:
     """The page's data of a vehicle, in sections that are sent when they change.
 
     Angles are in degrees, lengths in m, speeds in m/s, times in s; unknown values are null.
     """
     return {
         "system": _identity(system),
-        "state": _state(system),
+        "state": _state(system, times),
         "plan": _plan(system),
         "health": {"entities": _entities(system, times)},
     }
@@ -74,7 +89,7 @@ def _identity(system: NetworkSystem) -> View:
     }
 
 
-def _state(system: NetworkSystem) -> View:
+def _state(system: NetworkSystem, times: ArrivalTimes) -> View:
     state, medium = system.latest_message(imc.EstimatedState), system.latest_message(imc.VehicleMedium)
     if state is None:
         return {}
@@ -82,7 +97,7 @@ def _state(system: NetworkSystem) -> View:
     doubt = system.latest_message(imc.NavigationUncertainty)
     spread = math.sqrt(max(doubt.x, doubt.y, 0.0)) if doubt is not None else math.nan
     return {
-        "time": round(state.timestamp, 2),
+        "time": round(times.position_time(system, state), 2),
         "lat": _rounded(math.degrees(lat), 7),
         "lon": _rounded(math.degrees(lon), 7),
         "height": _rounded(height, 1),
@@ -99,10 +114,12 @@ def _state(system: NetworkSystem) -> View:
 
 
 def position(state: imc.EstimatedState) -> tuple[float, float, float]:
-    """Latitude and longitude (rad) and height (m); NaN if a number that they are made of is none."""
-    if not all(map(math.isfinite, (state.lat, state.lon, state.height, state.x, state.y, state.z))):
+    """Latitude and longitude (rad) and height (m); NaN where the vehicle does not know its place."""
+    numbers = state.lat, state.lon, state.height, state.x, state.y, state.z
+    if not all(map(math.isfinite, numbers)) or numbers[:2] == imc.coordinates.NOWHERE:
         return math.nan, math.nan, math.nan
-    return imc.coordinates.absolute_position(state)
+    found = imc.coordinates.absolute_position(state)
+    return found if is_on_earth(*found[:2]) else (math.nan, math.nan, math.nan)
 
 
 def _plan(system: NetworkSystem) -> View:
@@ -125,14 +142,16 @@ def _plan(system: NetworkSystem) -> View:
 
 
 def motors(system: NetworkSystem) -> str | None:
-    """Whether the motors are at rest or turn, by their speeds; None where the vehicle does not report these."""
-    speeds = [abs(rpm.value) for rpm in system.latest_entity_messages(imc.Rpm)]
+    """Whether the motors are at rest or turn, by their speeds; None where the vehicle has not reported these lately."""
+    vehicle = system.latest_message(imc.VehicleState)
+    newest = -math.inf if vehicle is None else vehicle.timestamp - OLDEST_SPEED
+    speeds = [abs(rpm.value) for rpm in system.latest_entity_messages(imc.Rpm) if rpm.timestamp >= newest]
     if not speeds:
         return None
     return "at rest" if max(speeds) < AT_REST else "turning"
 
 
-def _entities(system: NetworkSystem, times: EntityTimes) -> list[View]:
+def _entities(system: NetworkSystem, times: ArrivalTimes) -> list[View]:
     """The states of the entities, the worst first, then by label."""
     states = sorted(
         system.latest_entity_messages(imc.EntityState),
@@ -143,7 +162,7 @@ def _entities(system: NetworkSystem, times: EntityTimes) -> list[View]:
             "entity": printable(system.label(state.src_ent)),
             "state": word(imc.EntityState.State, state.state),
             "text": printable(state.description),
-            "since": _rounded(times.since(system, state), 0),
+            "since": round(times.since(system, state)),
         }
         for state in states
     ]

@@ -152,10 +152,14 @@ class AsyncRemoteVehicle:
         return [(each, id, {(each.name, id), *each.parts}) for each in systems for id in each.ids]
 
     async def _abort(self, system: NetworkSystem, number: int) -> None:
+        error = imc.VehicleState.OpMode.ERROR
+        before = system.latest_message(imc.VehicleState)
+        known = before.last_error_time if before is not None and before.op_mode == error else None
 
         def confirms(message: imc.Message) -> bool | None:
-            """Aborted, or where a transport does not carry that, the mode that follows."""
-            in_error = isinstance(message, imc.VehicleState) and message.op_mode == imc.VehicleState.OpMode.ERROR
-            return True if isinstance(message, imc.Aborted) or in_error else None
+            """Aborted, or where a transport does not carry that, an error that the vehicle did not have before."""
+            if isinstance(message, imc.VehicleState):
+                return True if message.op_mode == error and message.last_error_time != known else None
+            return True if isinstance(message, imc.Aborted) else None
 
         await self.network.request(system, imc.Abort(), (imc.Aborted, imc.VehicleState), confirms, number=number)

@@ -133,7 +133,11 @@ class GroundLinksTask(Task):
         }
 
     def configuration_warnings(self) -> Iterator[ConfigWarning]:
-        for link in map(parse_link_url, self.links):
+        for text in self.links:
+            try:
+                link = parse_link_url(text)
+            except ValueError:
+                continue  # reported with its line as a value that cannot be used
             if link.deprecation:
                 yield ConfigWarning("Links", f"{link.text}: {link.deprecation}")
 

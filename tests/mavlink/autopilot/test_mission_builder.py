@@ -89,7 +89,7 @@ def test_a_plane_lands_against_the_wind(wind, course):
         ("  - goto: {north: 5, depth: 3}\n", 2, 3, "cannot go to a depth"),
         ("  - goto: {north: 5, depth: 3}\n", 11, 3, "cannot dive"),
         ("  - goto: {north: 5, speed: 900 rpm}\n", 2, 3, "must be in m/s"),
-        ("  - yo_yo: {north: 5, depth: 3, amplitude: 1, pitch: 10}\n", 12, 3, "does not know YoYo"),
+        ("  - yo_yo: {north: 5, depth: 3, amplitude: 1, pitch: 10}\n", 12, 3, "does not support YoYo"),
     ],
 )
 def test_what_no_item_says_is_refused_with_the_maneuver(text, kind, autopilot, words):

@@ -1,5 +1,7 @@
 """What a console asks a vehicle about its parameters, on the bus of the shipped vehicles."""
 
+import math
+
 import pytest
 
 import imc
@@ -43,7 +45,7 @@ def test_parameters_have_types(console):
     answer = console.ask(kind(op=kind.Op.REQUEST, request_id=3, entity_name="Operational Limits"), kind)
     assert (answer.op, answer.request_id, answer.entity_name) == (kind.Op.REPLY, 3, "Operational Limits")
     depth = next(p for p in answer.parameters if p.name == "Hysteresis Threshold - Maximum Depth")
-    assert (depth.units, depth.min_value) == ("m", 0.0)
+    assert (depth.units, depth.min_value) == ("m", -math.inf)  # as in DUNE
 
 
 @pytest.mark.parametrize("profile", PROFILES)
