@@ -37,11 +37,13 @@ def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, conn
     Prints a link that logs in once. The page is served to this computer only. Ctrl-C ends.
     """
     with require_extra("console"):
-        from shoal.console import ConsoleServer  # a web server: not installed everywhere
+        from shoal.console import ConsoleServer, TileSets  # a web server: not installed everywhere
+
+    maps = TileSets(tiles)
 
     async def act(network: Network) -> None:
         try:
-            server = ConsoleServer(network, port, tiles)
+            server = ConsoleServer(network, port, maps)
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
@@ -51,11 +53,10 @@ def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, conn
         for number in STOPPING:
             with suppress(NotImplementedError):  # Windows
                 asyncio.get_running_loop().add_signal_handler(number, stopped.set)
-        async with server.running():
-            link = server.login_link()
-            click.echo(f"open {link}")
-            if opens:
-                click.launch(link)
-            await stopped.wait()
+        link = server.login_link()
+        click.echo(f"open {link}")
+        if opens:
+            click.launch(link)
+        await server.serve(stopped)
 
     run_on_network({**connection, "messages": schema}, act)

@@ -2,5 +2,6 @@
 
 from shoal.console.access import Access, LoginError
 from shoal.console.server import ConsoleServer
+from shoal.console.tiles import TileSets
 
-__all__ = ["Access", "ConsoleServer", "LoginError"]
+__all__ = ["Access", "ConsoleServer", "LoginError", "TileSets"]

@@ -43,7 +43,9 @@ class Access:
             raise LoginError(f"more than {LOGINS} logins within a minute: wait a minute")
         self._links = {each: end for each, end in self._links.items() if end > now}
         given = token if isinstance(token, str) else ""
-        found = next((each for each in self._links if hmac.compare_digest(each.encode(), given.encode())), None)
+        found = next(
+            (each for each in self._links if hmac.compare_digest(each.encode(), given.encode(errors="replace"))), None
+        )
         if found is None:
             raise LoginError("this link has been used, or is older than ten minutes: start `shoal console` again")
         del self._links[found]

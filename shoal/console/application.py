@@ -24,9 +24,10 @@ from shoal.console.vehicle_orders import OrderError, carry_out
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
-COOKIE = "shoal-console"
+COOKIE = "shoal-console-{port}"  # cookies do not distinguish ports
 MEDIA = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 MOST_VIEWERS = 32
+CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
 MOST_WORDS = 4096  # bytes of a message of the page
 Answer = Callable[[Request], Awaitable[Response]]
@@ -46,8 +47,10 @@ class ConsoleApplication:
         tiles: TileSets,
         libraries: Mapping[str, bytes],
         hosts: Collection[str],
+        port: int,
     ) -> None:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
+        self._cookie = COOKIE.format(port=port)
         self._files = {name: data for name, data in libraries.items()}
         self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
         self._viewers = 0
@@ -69,7 +72,7 @@ class ConsoleApplication:
 
     def _logged_in(self, answer: Answer) -> Answer:
         async def checked(request: Request) -> Response:
-            if not self._access.is_logged_in(request.cookies.get(COOKIE)):
+            if not self._access.is_logged_in(request.cookies.get(self._cookie)):
                 return PlainTextResponse("log in first", 401)
             return await answer(request)
 
@@ -95,17 +98,28 @@ class ConsoleApplication:
         except LoginError as error:
             return PlainTextResponse(str(error), 403)
         response = JSONResponse({"ok": True})
-        response.set_cookie(COOKIE, secret, httponly=True, samesite="strict", secure=request.url.scheme == "https")
+        response.set_cookie(
+            self._cookie, secret, httponly=True, samesite="strict", secure=request.url.scheme == "https"
+        )
         return response
 
     async def _order(self, request: Request) -> Response:
         words = await _json_object(request)
+        if words.get("order") != "abort-all":
+            return _json(await self._answer(words.get("vehicle"), words))
+        names = [system.name for system in self._network.systems.values() if system.is_vehicle]
+        answers = await asyncio.gather(*(self._answer(name, {"order": "abort"}) for name in names))
+        found = [{"vehicle": name, **answer} for name, answer in zip(names, answers, strict=True)]
+        return _json({"ok": all(answer["ok"] for answer in answers), "answers": found})
+
+    async def _answer(self, name: object, words: Mapping[str, object]) -> dict[str, Any]:
+        """Carry out an order: whether the vehicle obeys, and a sentence for the operator."""
+        order = str(words.get("order"))
         try:
-            vehicle = self._vehicle(words.get("vehicle"))
-            text = await carry_out(vehicle, str(words.get("order")), words)
+            text = await carry_out(self._vehicle(name, order), order, words)
         except (OrderError, NetworkError, ValueError) as error:
-            return _json({"ok": False, "text": printable(str(error))})
-        return _json({"ok": True, "text": printable(text)})
+            return {"ok": False, "text": printable(str(error))}
+        return {"ok": True, "text": printable(text)}
 
     async def _plans(self, request: Request) -> Response:
         try:
@@ -138,7 +152,7 @@ class ConsoleApplication:
         return _json(found)
 
     async def _tile_sets(self, _: Request) -> Response:
-        return _json({"sets": self._tiles.names, "troubles": list(map(printable, self._tiles.troubles))})
+        return _json({"sets": self._tiles.zooms, "troubles": list(map(printable, self._tiles.troubles))})
 
     async def _tile(self, request: Request) -> Response:
         place = request.path_params
@@ -148,7 +162,8 @@ class ConsoleApplication:
         return Response(found[0], media_type=found[1], headers={"Cache-Control": "max-age=3600"})
 
     async def _frames(self, socket: WebSocket) -> None:
-        if not self._access.is_logged_in(socket.cookies.get(COOKIE)):
+        secret = socket.cookies.get(self._cookie)
+        if not self._access.is_logged_in(secret):
             await socket.close(1008, "log in first")
             return
         if self._viewers >= MOST_VIEWERS:
@@ -158,7 +173,7 @@ class ConsoleApplication:
         viewer = Viewer()
         self._viewers += 1
         self._feed.add(viewer)
-        sender = asyncio.create_task(_send_frames(socket, viewer))
+        sender = asyncio.create_task(_send_frames(socket, viewer, lambda: self._access.is_logged_in(secret)))
         reader = asyncio.create_task(self._read_words(socket, viewer))
         try:
             await asyncio.wait((sender, reader), return_when=asyncio.FIRST_COMPLETED)
@@ -168,8 +183,9 @@ class ConsoleApplication:
             for task in (sender, reader):
                 task.cancel()
             await asyncio.gather(sender, reader, return_exceptions=True)
-            with suppress(RuntimeError, WebSocketDisconnect):
-                await socket.close()
+            with suppress(RuntimeError, WebSocketDisconnect, TimeoutError):
+                async with asyncio.timeout(CLOSING):
+                    await socket.close()
 
     async def _read_words(self, socket: WebSocket, viewer: Viewer) -> None:
         """The fields that the page draws, whenever it draws others."""
@@ -180,17 +196,21 @@ class ConsoleApplication:
             if isinstance(fields, list):
                 self._feed.set_fields(viewer, [each for each in cast(list[object], fields) if isinstance(each, str)])
 
-    def _vehicle(self, name: object) -> AsyncRemoteVehicle:
-        """Raises NetworkError if there is none of this name."""
+    def _vehicle(self, name: object, order: str = "") -> AsyncRemoteVehicle:
+        """Raises NetworkError if there is none of this name, or several, or it is gone; Abort is tried all the same."""
         system = self._network.systems.get(name) if isinstance(name, str) else None
         if system is None or not system.is_vehicle:
             raise NetworkError("there is no such vehicle")
-        self._network.check_is_there(system)
+        if order != "abort":
+            self._network.check_is_there(system)
+        if order not in ("", "abort") and system.conflict_text:
+            raise NetworkError(f"{system.conflict_text}: neither is commanded")
         return AsyncRemoteVehicle(self._network, system)
 
 
-async def _send_frames(socket: WebSocket, viewer: Viewer) -> None:
-    while True:
+async def _send_frames(socket: WebSocket, viewer: Viewer, is_logged_in: Callable[[], bool]) -> None:
+    """Send frames while the session lasts, which each frame that is read renews."""
+    while is_logged_in():
         frame = await viewer.next()
         async with asyncio.timeout(UNREAD):
             await socket.send_text(frame.decode())

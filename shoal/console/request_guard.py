@@ -52,7 +52,7 @@ class RequestGuard:
         if origin not in (f"http://{host}", f"https://{host}"):
             return "this request does not come from the page of the console"
         length = headers.get("content-length", "0")
-        if not length.isdecimal() or int(length) > MOST_BODY:
+        if "transfer-encoding" in headers or not length.isdecimal() or int(length) > MOST_BODY:
             return f"a request has at most {MOST_BODY} bytes"
         return ""
 

@@ -2,9 +2,8 @@
 
 import asyncio
 import socket
-from collections.abc import AsyncGenerator, Generator
-from contextlib import asynccontextmanager, contextmanager
-from pathlib import Path
+from collections.abc import Generator
+from contextlib import contextmanager
 
 import uvicorn
 
@@ -16,27 +15,28 @@ from shoal.console.tiles import TileSets
 from shoal.network import Network
 
 LOOPBACK = "127.0.0.1"
-MOST_CONNECTIONS = 64
+HTTP = 80  # the port that browsers leave out
 MOST_WORDS = 65536  # bytes of a message of the page
 ENDING = 2  # s for open requests
 
 
 class ConsoleServer:
-    """The page of a network. `tile_folder` has MBTiles and PMTiles files.
+    """The page of a network, with the map tiles of some files.
 
     port: where it listens; 0 takes a free one. troubles: a sentence for each part that the page has to do without.
     """
 
-    def __init__(self, network: Network, port: int = 0, tile_folder: Path | None = None) -> None:
+    def __init__(self, network: Network, port: int = 0, tiles: TileSets | None = None) -> None:
         libraries, missing = read_browser_files()
-        tiles = TileSets(tile_folder)
+        tiles = tiles or TileSets(None)
         self.troubles: list[str] = [*missing, *tiles.troubles]
         self._socket = _listening_socket(port)
         self.port: int = self._socket.getsockname()[1]
         self._access = Access()
         self._feed = PageFeed(network)
-        hosts = {f"{name}:{self.port}" for name in (LOOPBACK, "localhost")}
-        application = ConsoleApplication(network, self._feed, self._access, tiles, libraries, hosts)
+        names = (LOOPBACK, "localhost")
+        hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == HTTP else [])
+        application = ConsoleApplication(network, self._feed, self._access, tiles, libraries, hosts, self.port)
         self._server = _Server(
             uvicorn.Config(
                 application.asgi,
@@ -45,7 +45,6 @@ class ConsoleServer:
                 ws="websockets-sansio",
                 ws_max_size=MOST_WORDS,
                 ws_max_queue=4,
-                limit_concurrency=MOST_CONNECTIONS,
                 lifespan="off",
                 access_log=False,
                 server_header=False,
@@ -58,17 +57,20 @@ class ConsoleServer:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send."""
         return f"http://{LOOPBACK}:{self.port}/#{self._access.make_link_token()}"
 
-    @asynccontextmanager
-    async def running(self) -> AsyncGenerator[None]:
-        """Serve until the end of the block."""
+    async def serve(self, stopped: asyncio.Event) -> None:
+        """Serve until an event is set. Raises whatever ends the server or the frames before."""
         feed = asyncio.create_task(self._feed.run())
         server = asyncio.create_task(self._server.serve(sockets=[self._socket]))
+        end = asyncio.create_task(stopped.wait())
         try:
-            yield
+            done, _ = await asyncio.wait((feed, server, end), return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
         finally:
             self._server.should_exit = True
-            feed.cancel()
-            await asyncio.gather(server, feed, return_exceptions=True)
+            for task in (feed, end):
+                task.cancel()
+            await asyncio.gather(server, feed, end, return_exceptions=True)
 
 
 class _Server(uvicorn.Server):

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
 MOST_TILE = 4 << 20  # bytes
 DEEPEST = 24  # zoom level
 KINDS = {
@@ -17,22 +18,23 @@ KINDS = {
 
 
 class TileSets:
-    """The tile files of a folder, by their names without suffix; `troubles` names each that cannot be read."""
+    """The tile files of a folder, by their names without suffix.
+
+    zooms: the least and the largest zoom level of each. troubles: a sentence for each file that cannot be read.
+    """
 
     def __init__(self, folder: Path | None) -> None:
         self.troubles: list[str] = []
-        self._sets: dict[str, Callable[[int, int, int], bytes | None]] = {}
+        self.zooms: dict[str, tuple[int, int]] = {}
+        self._sets: dict[str, ReadTile] = {}
         for path in sorted(folder.iterdir()) if folder is not None else ():
             if path.suffix not in (".mbtiles", ".pmtiles"):
                 continue
             try:
-                self._sets[path.stem] = _open_mbtiles(path) if path.suffix == ".mbtiles" else _open_pmtiles(path)
+                opened = _open_mbtiles(path) if path.suffix == ".mbtiles" else _open_pmtiles(path)
+                self._sets[path.stem], self.zooms[path.stem] = opened
             except Exception as error:  # PMTiles' reader raises whatever a wrong byte leads to
                 self.troubles.append(f"{path}: {error or type(error).__name__}")
-
-    @property
-    def names(self) -> list[str]:
-        return list(self._sets)
 
     def tile(self, name: str, zoom: int, column: int, row: int) -> tuple[bytes, str] | None:
         """A tile and its media type, rows from the north; None if there is none, or it is no picture."""
@@ -50,9 +52,11 @@ class TileSets:
         return None if not data or kind is None or len(data) > MOST_TILE else (data, kind)
 
 
-def _open_mbtiles(path: Path) -> Callable[[int, int, int], bytes | None]:
+def _open_mbtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
     database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True, check_same_thread=False)
-    database.execute("SELECT tile_data FROM tiles LIMIT 1").fetchone()
+    least, largest = database.execute("SELECT min(zoom_level), max(zoom_level) FROM tiles").fetchone()
+    if least is None:
+        raise ValueError("no tiles")
 
     def read(zoom: int, column: int, row: int) -> bytes | None:
         place = zoom, column, (1 << zoom) - 1 - row  # MBTiles counts rows from the south
@@ -61,10 +65,10 @@ def _open_mbtiles(path: Path) -> Callable[[int, int, int], bytes | None]:
         ).fetchone()
         return found[0] if found is not None and isinstance(found[0], bytes) else None
 
-    return read
+    return read, (int(least), int(largest))
 
 
-def _open_pmtiles(path: Path) -> Callable[[int, int, int], bytes | None]:
+def _open_pmtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
     from pmtiles.reader import Reader  # only where a file needs it
 
     with path.open("rb") as file:
@@ -74,10 +78,10 @@ def _open_pmtiles(path: Path) -> Callable[[int, int, int], bytes | None]:
         return data[offset : offset + length]
 
     reader: Any = Reader(read_bytes)
-    reader.header()
+    header = reader.header()
 
     def read(zoom: int, column: int, row: int) -> bytes | None:
         found: bytes | None = reader.get(zoom, column, row)
         return found
 
-    return read
+    return read, (int(header["min_zoom"]), int(header["max_zoom"]))

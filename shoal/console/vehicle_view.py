@@ -116,10 +116,8 @@ def _state(system: NetworkSystem, times: ArrivalTimes) -> View:
 def position(state: imc.EstimatedState) -> tuple[float, float, float]:
     """Latitude and longitude (rad) and height (m); NaN where the vehicle does not know its place."""
     numbers = state.lat, state.lon, state.height, state.x, state.y, state.z
-    if not all(map(math.isfinite, numbers)) or numbers[:2] == imc.coordinates.NOWHERE:
-        return math.nan, math.nan, math.nan
-    found = imc.coordinates.absolute_position(state)
-    return found if is_on_earth(*found[:2]) else (math.nan, math.nan, math.nan)
+    known = all(map(math.isfinite, numbers)) and is_on_earth(*numbers[:2]) and numbers[:2] != imc.coordinates.NOWHERE
+    return imc.coordinates.absolute_position(state) if known else (math.nan, math.nan, math.nan)
 
 
 def _plan(system: NetworkSystem) -> View:

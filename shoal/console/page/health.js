@@ -5,22 +5,36 @@ const KINDS = { normal: "good", boot: "warn", fault: "warn", error: "bad", failu
 
 export function makeHealth(store) {
   let shown = null;
+  let second = 0;
+  let times = []; // of each row: its cell of the duration, and since when
+
+  const drawTimes = () => {
+    for (const { cell, since } of times) cell.textContent = duration(store.now - since);
+  };
   const draw = () => {
     const entities = store.vehicle()?.health?.entities ?? [];
-    if (entities === shown) return;
-    shown = entities;
-    element("entities").replaceChildren(...entities.map((each) => {
-      const row = make("tr");
-      row.append(make("td", each.entity), make("td", each.state, { className: KINDS[each.state] ?? "" }),
-        make("td", each.text), make("td", duration(store.vehicle().state?.time - each.since)));
-      return row;
-    }));
+    const changed = entities !== shown;
+    // Entities are sent only when they change; their durations grow all the same.
+    if (!changed && second === Math.floor(store.now)) return;
+    second = Math.floor(store.now);
+    if (changed) {
+      shown = entities;
+      times = entities.map(({ since }) => ({ cell: make("td"), since }));
+      element("entities").replaceChildren(...entities.map((each, at) => {
+        const row = make("tr");
+        row.append(make("td", each.entity), make("td", each.state, { className: KINDS[each.state] ?? "" }),
+          make("td", each.text), times[at].cell);
+        return row;
+      }));
+    }
+    drawTimes();
   };
   return { draw, choose: draw };
 }
 
-function duration(seconds) {
-  if (!Number.isFinite(seconds) || seconds < 0) return "";
+function duration(given) {
+  if (!Number.isFinite(given)) return "";
+  const seconds = Math.max(0, given); // the time of a state is rounded, also up
   if (seconds < 90) return `${seconds.toFixed(0)} s`;
   return seconds < 5400 ? `${(seconds / 60).toFixed(0)} min` : `${(seconds / 3600).toFixed(1)} h`;
 }

@@ -15,10 +15,16 @@ export function makeLog(store) {
     const lines = store.log.filter((entry) => entry.join(" ").toLowerCase().includes(words)).slice(-300).reverse();
     element("entries").replaceChildren(...lines.map(([time, vehicle, kind, context, text]) => {
       const row = make("tr");
-      row.append(make("td", new Date(time * 1000).toISOString().slice(11, 19)), make("td", vehicle),
-        make("td", context), make("td", text, { className: KINDS[kind] ?? "" }));
+      row.append(make("td", clock(time)), make("td", vehicle), make("td", context),
+        make("td", text, { className: KINDS[kind] ?? "" }));
       return row;
     }));
   };
   return { draw, open: () => { dirty = true; draw({ log: [] }); } };
+}
+
+// A vehicle sends any number as time; one that is no date must not end the page.
+function clock(time) {
+  const date = new Date(Number.isFinite(time) ? time * 1000 : NaN);
+  return Number.isNaN(date.getTime()) ? "?" : date.toISOString().split("T")[1].slice(0, 8);
 }

@@ -1,5 +1,5 @@
 // Logs in, receives frames, keeps the latest state of each vehicle, and redraws the views.
-import { element, post, say } from "./page.js";
+import { byName, element, post, say } from "./page.js";
 import { makeMap } from "./map.js";
 import { makeHealth } from "./health.js";
 import { makePlans } from "./plans.js";
@@ -7,56 +7,85 @@ import { makePlots } from "./plots.js";
 import { makeLog } from "./log.js";
 import { makeParameters } from "./parameters.js";
 import { makeOrders } from "./orders.js";
+import { extendTrack, tracksOf } from "./tracks.js";
 
 const STALE = 3; // s without data
-const store = { vehicles: {}, tracks: {}, log: [], values: {}, now: 0, chosen: "", socket: null };
+const LOG_IN = "Log in: open the link that `shoal console` has printed.";
+// Exported for tests. `byUser`: whether the operator, not this page, has chosen the vehicle.
+export const store = {
+  vehicles: byName(), tracks: byName(), log: [], values: byName(), now: 0, chosen: "", byUser: false, socket: null,
+};
+const labels = byName(); // displayable names, also of vehicles that are no longer known
 store.vehicle = () => store.vehicles[store.chosen];
 const views = {
   map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
   log: makeLog(store), parameters: makeParameters(store),
 };
-makeOrders(store);
+const orders = makeOrders(store);
 let received = performance.now();
+let listed = ""; // the options of the list of vehicles
+let refusal = ""; // why the login was refused
 
 async function logIn() {
   const token = location.hash.slice(1);
   if (!token) return;
   history.replaceState(null, "", "/");
   const answer = await post("/api/login", { token });
-  if (!answer.ok) say(answer.text, "bad");
+  if (answer.ok) return;
+  refusal = `${answer.text}. `;
+  say(answer.text, "bad");
 }
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   const socket = new WebSocket(`${scheme}://${location.host}/frames`);
+  let opened = false;
   store.socket = socket;
-  socket.onopen = () => views.plots.sendFields();
-  socket.onmessage = (event) => { received = performance.now(); take(JSON.parse(event.data)); };
-  socket.onclose = (event) => {
-    store.socket = null;
-    if (event.reason === "log in first" || event.code === 1008 || event.code === 1006 && !received) {
-      say("Log in: open the link that `shoal console` has printed.", "bad");
-    }
-    setTimeout(connect, 1000);
+  socket.onopen = () => {
+    opened = true;
+    if (element("result").textContent.endsWith(LOG_IN)) say("");
+    views.plots.sendFields();
   };
+  socket.onmessage = (event) => receive(event.data);
+  socket.onclose = async () => {
+    store.socket = null;
+    setTimeout(connect, 1000);
+    if (!opened && await needsLogin()) say(refusal + LOG_IN, "bad");
+  };
+}
+
+// A browser does not tell the page why a socket was refused; an answer does.
+async function needsLogin() {
+  try {
+    return (await fetch("/api/tiles", { signal: AbortSignal.timeout(8000) })).status === 401;
+  } catch {
+    return false; // the console does not run: the age of the data shows this
+  }
+}
+
+// Also for tests, which give it frames of their own. A frame that fails is none: the age of the data goes on.
+export function receive(text) {
+  try {
+    take(JSON.parse(text));
+    received = performance.now();
+  } catch (error) {
+    say(`this page has failed: ${error.message}`, "bad");
+    console.warn(error);
+  }
 }
 
 function take(frame) {
   store.now = frame.now;
-  if (frame.all) { store.vehicles = {}; store.tracks = frame.tracks; store.log = []; }
+  if (frame.tracks) store.tracks = tracksOf(frame.tracks);
+  if (frame.all) { store.vehicles = byName(); store.log = []; }
   for (const [name, sections] of Object.entries(frame.vehicles)) {
     store.vehicles[name] = { ...store.vehicles[name], ...sections };
-    const state = sections.state;
-    if (state && state.lat !== null && state.lat !== undefined && !frame.all) {
-      const track = store.tracks[name] ??= [];
-      track.push([state.lat, state.lon, state.depth]);
-      if (track.length > 18000) track.splice(0, track.length - 18000);
-    }
+    if (!frame.tracks) extendTrack(store.tracks, name, sections.state, frame.now);
   }
   for (const name of frame.gone) delete store.vehicles[name];
   store.log.push(...frame.log);
   if (store.log.length > 1000) store.log.splice(0, store.log.length - 1000);
-  store.values = frame.values;
+  store.values = byName(frame.values);
   chooseVehicle();
   for (const view of Object.values(views)) view.draw(frame);
   summarize();
@@ -64,23 +93,36 @@ function take(frame) {
 
 function chooseVehicle() {
   const names = Object.keys(store.vehicles).sort();
-  const select = element("vehicle");
-  if ([...select.options].map((option) => option.value).join() !== names.join()) {
-    select.replaceChildren(...names.map((name) => new Option(store.vehicles[name].system?.name ?? name, name)));
+  for (const name of names) labels[name] = store.vehicles[name].system?.name ?? name;
+  // Orders must not go to another vehicle because one has dropped out: the choice of the operator stays.
+  if (!names.includes(store.chosen) && !store.byUser && names.length) {
+    if (store.chosen) say(`${labels[store.chosen]} is gone: ${labels[names[0]]} is chosen now`, "warn");
+    choose(names[0]);
   }
-  if (!names.includes(store.chosen)) choose(names[0] ?? "");
+  const options = names.map((name) => [labels[name], name]);
+  if (store.chosen && !names.includes(store.chosen)) options.unshift([`${labels[store.chosen]} (LOST)`, store.chosen]);
+  const select = element("vehicle");
+  if (listed !== JSON.stringify(options)) { // an open list would close
+    listed = JSON.stringify(options);
+    select.replaceChildren(...options.map(([label, name]) => new Option(label, name)));
+  }
   select.value = store.chosen;
 }
 
 function choose(name) {
   store.chosen = name;
+  orders.disarm();
   for (const view of Object.values(views)) view.choose?.();
 }
 
 function summarize() {
   const vehicle = store.vehicle();
   const summary = element("summary");
-  if (!vehicle) { summary.textContent = "no vehicle on the network"; return; }
+  if (!vehicle) {
+    summary.textContent = store.chosen ? `${labels[store.chosen]}: LOST` : "no vehicle on the network";
+    summary.className = store.chosen ? "bad" : "";
+    return;
+  }
   const { system, state, plan } = vehicle;
   const age = state.time === undefined ? null : store.now - state.time;
   const parts = [plan.mode ?? "mode unknown"];
@@ -117,7 +159,11 @@ function show(view) {
   views.map.resize();
 }
 
-element("vehicle").onchange = (event) => choose(event.target.value);
+element("vehicle").onchange = (event) => {
+  store.byUser = true;
+  choose(event.target.value);
+  summarize();
+};
 setInterval(checkAge, 500);
 show("map");
 await logIn();

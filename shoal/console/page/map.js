@@ -1,20 +1,24 @@
 // The map: vehicles with heading and uncertainty, tracks colored by depth, plans; tiles of the console only.
-import { ask, element } from "./page.js";
+import { ask, element, make } from "./page.js";
 
 const DEPTHS = ["#2b8cbe", "#2ca25f", "#d9a400", "#e6550d", "#a50f15"]; // each 10 m deeper
 const STEP = 10; // m
+const DEEPEST = 24; // zoom level
+const FARTHER = 2; // zoom levels at which tiles are drawn smaller: each level needs four times as many
 const GRATICULE = [10, 5, 2, 1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001]; // degrees
 
 export function makeMap(store) {
   const L = window.L;
   if (!L) {
     element("map").textContent = "Leaflet is not installed (pip install 'shoal[console]'): there is no map.";
+    store.showPath = store.showDrawn = () => {};
     return { draw: () => {}, resize: () => {} };
   }
-  const map = L.map("map", { attributionControl: false, preferCanvas: true }).setView([0, 0], 2);
+  const map = L.map("map", { attributionControl: false, preferCanvas: true, minZoom: 0, maxZoom: DEEPEST });
+  map.setView([0, 0], 2);
   L.control.scale({ imperial: false }).addTo(map);
   const grid = L.layerGroup().addTo(map), plan = L.layerGroup().addTo(map), drawn = L.layerGroup().addTo(map);
-  const shown = new Map(); // vehicle: { marker, circle, track, points }
+  const shown = new Map(); // vehicle: { marker, circle, lines, track, dropped, count, line, color, run }
   let placed = false;
 
   const drawGrid = () => {
@@ -31,15 +35,26 @@ export function makeMap(store) {
     }
   };
 
+  // One line for each run of one color, which grows until the color changes.
   const drawTrack = (of, track) => {
-    if (of.count === track.length) return;
-    if (of.count > track.length) { of.track.clearLayers(); of.count = 0; }
-    for (let at = Math.max(1, of.count); at < track.length; at += 1) {
-      const color = DEPTHS[Math.min(DEPTHS.length - 1, Math.floor(Math.max(0, track[at][2] ?? 0) / STEP))];
-      L.polyline([track[at - 1].slice(0, 2), track[at].slice(0, 2)], { color, weight: 2, interactive: false })
-        .addTo(of.track);
+    if (of.track !== track || of.dropped !== track.dropped) {
+      of.lines.clearLayers();
+      Object.assign(of, { track, dropped: track.dropped, count: 0, line: null });
     }
-    of.count = track.length;
+    const { points } = track;
+    if (of.count === points.length) return;
+    for (let at = Math.max(1, of.count); at < points.length; at += 1) {
+      const color = DEPTHS[Math.min(DEPTHS.length - 1, Math.floor(Math.max(0, points[at][2] ?? 0) / STEP))];
+      if (!of.line || of.color !== color) {
+        of.line?.setLatLngs(of.run);
+        of.line = L.polyline([], { color, weight: 2, interactive: false }).addTo(of.lines);
+        of.color = color;
+        of.run = [points[at - 1].slice(0, 2)];
+      }
+      of.run.push(points[at].slice(0, 2));
+    }
+    of.line?.setLatLngs(of.run);
+    of.count = points.length;
   };
 
   const draw = () => {
@@ -50,8 +65,8 @@ export function makeMap(store) {
       if (!of) {
         const icon = L.divIcon({ className: "arrow", html: "<span>▲</span>", iconSize: [22, 22] });
         of = { marker: L.marker([lat, lon], { icon, alt: name, keyboard: false }).addTo(map), circle: null,
-          track: L.layerGroup().addTo(map), count: 0 };
-        of.marker.bindTooltip(document.createTextNode(name).textContent.replace(/[<>&]/g, "?"));
+          lines: L.layerGroup().addTo(map), track: null };
+        of.marker.bindTooltip(make("span", name));
         shown.set(name, of);
       }
       of.marker.setLatLng([lat, lon]);
@@ -61,13 +76,16 @@ export function makeMap(store) {
       if (uncertainty !== null && uncertainty !== undefined) {
         of.circle ??= L.circle([lat, lon], { radius: 1, color: "#0b57a4", weight: 1, interactive: false }).addTo(map);
         of.circle.setLatLng([lat, lon]).setRadius(Math.max(0.1, 2 * uncertainty));
+      } else {
+        of.circle?.remove();
+        of.circle = null;
       }
-      drawTrack(of, store.tracks[name] ?? []);
+      if (store.tracks[name]) drawTrack(of, store.tracks[name]);
       if (!placed) { placed = true; map.setView([lat, lon], 16); }
     }
     for (const [name, of] of shown) {
       if (store.vehicles[name]) continue;
-      for (const layer of [of.marker, of.circle, of.track]) layer?.remove();
+      for (const layer of [of.marker, of.circle, of.lines]) layer?.remove();
       shown.delete(name);
     }
   };
@@ -79,7 +97,7 @@ export function makeMap(store) {
     for (const leg of path) {
       for (const place of leg.places) {
         L.circleMarker(place, { radius: 4, color: "#7b3294" }).addTo(plan)
-          .bindTooltip(`${leg.kind} ${leg.z ?? ""} m ${leg.reference}`);
+          .bindTooltip(make("span", `${leg.kind} ${leg.z ?? ""} m ${leg.reference}`));
       }
     }
     if (places.length) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 });
@@ -103,11 +121,14 @@ export function makeMap(store) {
   const addTiles = async () => {
     asked = true;
     const answer = await ask("/api/tiles");
-    const layers = Object.fromEntries((answer.sets ?? []).map((name) =>
-      [name.replace(/[<>&]/g, "?"), L.tileLayer(`/tiles/${encodeURIComponent(name)}/{z}/{x}/{y}`, { maxZoom: 24 })]));
+    const layers = Object.fromEntries(Object.entries(answer.sets ?? {}).map(([name, [least, most]]) =>
+      [name.replace(/[<>&]/g, "?"), L.tileLayer(`/tiles/${encodeURIComponent(name)}/{z}/{x}/{y}`, {
+        minNativeZoom: least, maxNativeZoom: most, minZoom: Math.max(0, least - FARTHER), maxZoom: DEEPEST,
+      })]));
     const [first] = Object.values(layers);
     first?.addTo(map);
-    if (first) L.control.layers({}, layers).addTo(map);
+    // Open, since the icon of a closed one is not served.
+    if (first) L.control.layers({}, layers, { collapsed: false }).addTo(map);
   };
 
   const recenter = () => {

@@ -1,4 +1,5 @@
 // Small tools of the page. Text from the network becomes text, never markup.
+const PATIENCE = 8000; // ms; a browser has six connections, which questions must not hold while an Abort waits
 export const element = (id) => document.getElementById(id);
 
 export function make(tag, text = "", properties = {}) {
@@ -6,6 +7,9 @@ export function make(tag, text = "", properties = {}) {
   made.textContent = text;
   return Object.assign(made, properties);
 }
+
+// An object by names of the network, any of which may be `constructor` or `__proto__`: it inherits nothing.
+export const byName = (...from) => Object.assign(Object.create(null), ...from);
 
 export function say(text, kind = "") {
   const result = element("result");
@@ -30,15 +34,28 @@ export async function post(path, body) {
 
 export async function ask(path, words = {}) {
   try {
-    return await read(await fetch(`${path}?${new URLSearchParams(words)}`));
+    return await read(await fetch(`${path}?${new URLSearchParams(words)}`, { signal: AbortSignal.timeout(PATIENCE) }));
   } catch (error) {
-    return { ok: false, text: `no answer of the console: ${error.message}` };
+    const reason = error.name === "TimeoutError" ? `none within ${PATIENCE / 1000} s` : error.message;
+    return { ok: false, text: `no answer of the console: ${reason}` };
   }
 }
 
+// An abort after which motors turn is obeyed, but not yet what the operator wants to see.
+export function kindOf(answer) {
+  if (!answer.ok) return "bad";
+  return answer.text.startsWith("aborted") ? "warn" : "good";
+}
+
+export const told = (vehicle, answer) => `${vehicle}: ${answer.ok ? "" : "NOT OBEYED: "}${answer.text}`;
+
 export async function order(vehicle, name, words = {}) {
+  if (!vehicle) {
+    say("no vehicle is chosen", "warn");
+    return { ok: false, text: "no vehicle is chosen" };
+  }
   say(`${name}: sent to ${vehicle}`);
   const answer = await post("/api/order", { vehicle, order: name, ...words });
-  say(`${vehicle}: ${answer.ok ? "" : "NOT OBEYED: "}${answer.text}`, answer.ok ? "good" : "bad");
+  say(told(vehicle, answer), kindOf(answer));
   return answer;
 }

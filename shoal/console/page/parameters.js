@@ -3,30 +3,44 @@ import { ask, element, make, order, say } from "./page.js";
 
 export function makeParameters(store) {
   const select = element("entity");
-  let owner = "";
+  let owner = ""; // the vehicle whose entities are listed
+  let latest = 0; // number of the latest question: answers to those before it come too late
+
+  const answerOf = async (words) => {
+    const mine = ++latest;
+    const answer = await ask("/api/parameters", words);
+    if (mine !== latest) return null;
+    if (answer.ok) return answer;
+    say(answer.text, "bad");
+    return null;
+  };
 
   const readEntities = async () => {
-    owner = store.chosen;
-    if (!owner) return;
-    const answer = await ask("/api/parameters", { vehicle: owner });
-    if (!answer.ok) { say(answer.text, "bad"); return; }
+    const vehicle = store.chosen;
+    if (!vehicle) { say("no vehicle is chosen", "warn"); return; }
+    const answer = await answerOf({ vehicle });
+    if (!answer) return;
+    owner = vehicle;
     select.replaceChildren(...answer.entities.map((name) => new Option(name)));
   };
 
   const readValues = async () => {
-    const entity = select.value;
-    const answer = await ask("/api/parameters", { vehicle: owner, entity });
-    if (!answer.ok) { say(answer.text, "bad"); return; }
-    element("values").replaceChildren(...Object.entries(answer.values).map(([name, value]) => row(entity, name, value)));
+    if (!owner || owner !== store.chosen) await readEntities();
+    const vehicle = owner, entity = select.value;
+    if (!vehicle || !entity) return;
+    const answer = await answerOf({ vehicle, entity });
+    if (!answer) return;
+    const rows = Object.entries(answer.values).map(([name, value]) => row(vehicle, entity, name, value));
+    element("values").replaceChildren(...rows);
   };
 
-  const row = (entity, name, value) => {
+  const row = (vehicle, entity, name, value) => {
     const line = make("tr");
     const input = make("input", "", { value, ariaLabel: name });
     const set = make("button", "Set");
     set.onclick = async () => {
-      await order(owner, "set", { entity, parameter: name, value: input.value });
-      await readValues();
+      await order(vehicle, "set", { entity, parameter: name, value: input.value });
+      if (owner === vehicle && select.value === entity) await readValues();
     };
     const cells = [make("td", name), make("td"), make("td")];
     cells[1].append(input);
@@ -37,6 +51,12 @@ export function makeParameters(store) {
 
   element("entities-read").onclick = readValues;
   select.onchange = readValues;
-  const forget = () => { owner = ""; select.replaceChildren(); element("values").replaceChildren(); };
-  return { draw: () => {}, open: () => owner === store.chosen || readEntities(), choose: forget };
+  const forget = () => {
+    latest += 1;
+    owner = "";
+    select.replaceChildren();
+    element("values").replaceChildren();
+  };
+  const open = () => { if (store.chosen && owner !== store.chosen) readEntities(); };
+  return { draw: () => {}, open, choose: forget };
 }

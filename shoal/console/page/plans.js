@@ -2,28 +2,36 @@
 import { ask, element, make, order, say } from "./page.js";
 
 export function makePlans(store) {
-  let owner = "";
+  let owner = ""; // the vehicle whose plans are listed
+  let latest = 0; // number of the latest list that was asked for: those before it come too late
   let points = [];
   store.drawing = false;
   store.drawn = points;
 
   const refresh = async () => {
-    owner = store.chosen;
-    if (!owner) return;
-    const answer = await ask("/api/plans", { vehicle: owner });
+    const vehicle = store.chosen;
+    if (!vehicle) { say("no vehicle is chosen", "warn"); return; }
+    const mine = ++latest;
+    const answer = await ask("/api/plans", { vehicle });
+    if (mine !== latest) return;
     if (!answer.ok) { say(answer.text, "bad"); return; }
-    element("plans").replaceChildren(...answer.plans.map(line));
+    owner = vehicle;
+    element("plans").replaceChildren(...answer.plans.map((plan) => line(vehicle, plan)));
   };
 
-  const line = (plan) => {
+  const line = (vehicle, plan) => {
     const item = make("li");
     const show = make("button", "Show"), start = make("button", "Start"), remove = make("button", "Delete");
     show.onclick = async () => {
-      const answer = await ask("/api/plans", { vehicle: owner, plan: plan.name });
+      const answer = await ask("/api/plans", { vehicle, plan: plan.name });
+      if (vehicle !== store.chosen) return; // the map shows the plan of the chosen vehicle only
       if (answer.ok) store.showPath(answer.path); else say(answer.text, "bad");
     };
-    start.onclick = async () => { await order(owner, "start", { plan: plan.name }); await show.onclick(); };
-    remove.onclick = async () => { await order(owner, "delete", { plan: plan.name }); await refresh(); };
+    start.onclick = async () => { await order(vehicle, "start", { plan: plan.name }); await show.onclick(); };
+    remove.onclick = async () => {
+      await order(vehicle, "delete", { plan: plan.name });
+      if (vehicle === store.chosen) await refresh();
+    };
     item.append(make("span", plan.name), show, start, remove);
     return item;
   };
@@ -51,7 +59,11 @@ export function makePlans(store) {
     return `plan: ${JSON.stringify(element("draw-name").value)}\nmaneuvers:\n${lines.join("\n")}\n`;
   };
 
-  const put = async (text) => { await order(store.chosen, "put", { text }); await refresh(); };
+  const put = async (text) => {
+    const vehicle = store.chosen;
+    await order(vehicle, "put", { text });
+    if (vehicle && vehicle === store.chosen) await refresh();
+  };
 
   store.addPoint = (lat, lon) => changePoints([...points, [lat, lon]]);
   element("draw-toggle").onclick = (event) => {
@@ -68,6 +80,13 @@ export function makePlans(store) {
   element("plan-put").onclick = () => put(element("plan-text").value);
   element("plans-refresh").onclick = refresh;
   element("plan-stop").onclick = () => order(store.chosen, "stop");
-  const forget = () => { owner = ""; element("plans").replaceChildren(); store.showPath?.([]); };
-  return { draw, open: () => owner === store.chosen || refresh(), choose: forget };
+  const forget = () => {
+    latest += 1;
+    owner = "";
+    element("plans").replaceChildren();
+    element("progress").textContent = "";
+    store.showPath?.([]);
+  };
+  const open = () => { if (store.chosen && owner !== store.chosen) refresh(); };
+  return { draw, open, choose: forget };
 }

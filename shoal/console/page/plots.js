@@ -1,5 +1,5 @@
 // Fields of any message over time, each in a plot of its own.
-import { ask, element, make } from "./page.js";
+import { ask, byName, element, make, say } from "./page.js";
 
 const LONGEST = 3000; // points
 const MOST = 8;
@@ -14,11 +14,25 @@ export function makePlots(store) {
     }
   };
 
-  const add = (field) => {
-    const path = `${store.chosen}/${field}`;
-    if (!store.chosen || traces.has(path) || traces.size >= MOST) return;
+  // Whether the fields are known; an error is told, and asked anew the next time.
+  const readFields = async () => {
+    if (fields) return true;
+    const answer = await ask("/api/fields");
+    if (answer.ok === false) { say(answer.text, "bad"); return false; }
+    fields = byName(answer);
+    element("fields").replaceChildren(...Object.entries(fields).map(([name, unit]) => new Option(unit, name)));
+    return true;
+  };
+
+  const add = async (field) => {
+    const vehicle = store.chosen, path = `${vehicle}/${field}`, name = field.split(":")[0];
+    if (!vehicle) { say("no vehicle is chosen", "warn"); return; }
+    if (!await readFields()) return;
+    if (!(name in fields)) { say(`there is no field "${name}": write it as Message.field`, "warn"); return; }
+    if (traces.has(path)) { say(`${path} is drawn already`, "warn"); return; }
+    if (traces.size >= MOST) { say(`at most ${MOST} fields are drawn: remove one first`, "warn"); return; }
     const box = make("div");
-    const unit = fields?.[field.split(":")[0]] ?? "";
+    const unit = fields[name];
     const remove = make("button", `Remove ${path}`);
     remove.onclick = () => { traces.delete(path); box.remove(); sendFields(); };
     box.append(remove);
@@ -34,7 +48,7 @@ export function makePlots(store) {
   };
 
   const draw = () => {
-    for (const [path, [time, value]] of Object.entries(store.values ?? {})) {
+    for (const [path, [time, value]] of Object.entries(store.values)) {
       const trace = traces.get(path);
       if (!trace || trace.times.at(-1) >= time) continue;
       trace.times.push(time);
@@ -45,13 +59,7 @@ export function makePlots(store) {
     }
   };
 
-  const open = async () => {
-    if (fields) return;
-    fields = await ask("/api/fields");
-    element("fields").replaceChildren(...Object.entries(fields).map(([name, unit]) => new Option(unit, name)));
-  };
-
   element("field-add").onclick = () => add(element("field").value.trim());
   element("field").onkeydown = (event) => { if (event.key === "Enter") add(element("field").value.trim()); };
-  return { draw, open, sendFields };
+  return { draw, open: readFields, sendFields };
 }

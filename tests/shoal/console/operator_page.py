@@ -34,7 +34,7 @@ class OperatorPage:
     def request(self, method: str, path: str, body: Any = None, **headers: str) -> tuple[int, bytes, dict[str, str]]:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
         sent = {"Origin": f"http://{self.host}", "Cookie": self.cookie, **headers}
-        data = body if isinstance(body, bytes) or body is None else json.dumps(body)
+        data = json.dumps(body) if isinstance(body, dict) else body
         connection.request(method, path, data, sent)
         answer = connection.getresponse()
         content = answer.read()

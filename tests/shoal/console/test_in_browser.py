@@ -2,6 +2,8 @@
 
 import json
 import re
+import time
+from typing import Any
 
 import pytest
 
@@ -11,6 +13,7 @@ from tests.shoal.console.operator_page import operator_page
 from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
+HOSTILE = ("__proto__", "constructor", "<img src=x>")
 pytestmark = [
     pytest.mark.heavy,
     pytest.mark.browser,
@@ -51,6 +54,36 @@ def draw_plan(page, name: str) -> None:
         page.press_at(x, y)
     page.press("#draw-toggle")
     assert page.run("document.getElementById('draw-points').value") == "3"
+
+
+def give_frame(page, **words: object) -> None:
+    """A frame that the console has not sent; what is not named is empty."""
+    frame = {"now": time.time(), "values": {}, "vehicles": {}, "gone": [], "log": [], **words}
+    give_text(page, json.dumps(frame))
+
+
+def give_text(page, text: str) -> None:
+    page.run(f"import('/files/main.js').then((page) => page.receive({json.dumps(text)}))")
+
+
+def known(page, words: str) -> Any:
+    """A value of the page's store."""
+    return page.run(f"import('/files/main.js').then(({{ store }}) => {words})")
+
+
+def fake_vehicle(label: str, **state: object) -> dict[str, object]:
+    place = {"time": time.time(), "lat": 41.0, "lon": -8.0, "depth": 0.0, "heading": 0.0, "uncertainty": 3.0}
+    return {
+        "system": {"name": label, "there": True, "battery": None, "conflict": None},
+        "state": {**place, **state},
+        "plan": {"mode": "service", "name": None, "progress": None, "motors": None},
+        "health": {"entities": []},
+    }
+
+
+def choose(page, name: str) -> None:
+    page.run(f"document.getElementById('vehicle').value = {json.dumps(name)}")
+    page.run("document.getElementById('vehicle').dispatchEvent(new Event('change'))")
 
 
 def test_the_page_shows_the_vehicle_on_the_map(page):
@@ -115,6 +148,89 @@ def test_orders_and_map_fit_every_screen(page, width, height, scheme):
     assert page.run("document.getElementById('map').clientHeight") > 150
     page.set_size(1280, 800)
     page.set_dark("light")
+
+
+def test_abort_all_is_one_request_whose_answers_are_all_shown(page):
+    asked = len(page.requests)
+    assert re.fullmatch(f"{NAME}: (obeyed|aborted): mode (error|service).*", order(page, "abort-all"))
+    assert sum(address.endswith("/api/order") for address in page.requests[asked:]) == 1
+
+
+def test_no_name_of_a_vehicle_stops_the_page(page):
+    view(page, "map")
+    give_frame(page, vehicles={name: fake_vehicle(name) for name in HOSTILE})
+    give_frame(page, vehicles={name: {"state": fake_vehicle(name)["state"]} for name in HOSTILE})
+    assert page.run("[...document.getElementById('vehicle').options].map((each) => each.value)") == sorted(
+        [*HOSTILE, NAME]
+    )
+    assert page.run("document.querySelectorAll('.arrow').length") == 1 + len(HOSTILE)
+    assert page.run("document.querySelectorAll('img[src=x]').length") == 0
+    for name in HOSTILE:
+        choose(page, name)
+        assert page.text("#summary").startswith("service")
+    assert "failed" not in page.text("#result")
+
+
+def test_the_choice_of_the_operator_stays_while_its_vehicle_is_lost(page):
+    chosen = "constructor"
+    give_frame(page, vehicles={chosen: fake_vehicle("another")})
+    choose(page, chosen)
+    page.press("#hold")
+    assert "press again" in page.text("#hold")
+    choose(page, NAME)
+    assert page.text("#hold") == "Hold"
+    choose(page, chosen)
+    give_frame(page, gone=list(HOSTILE))
+    assert page.run("document.getElementById('vehicle').value") == chosen
+    assert page.text("#summary") == "another: LOST"
+    choose(page, NAME)
+    assert "battery" in page.text("#summary")
+
+
+def test_a_frame_that_fails_is_told_and_the_next_one_is_shown(page):
+    give_text(page, "no JSON")
+    assert page.text("#result").startswith("this page has failed: ")
+    give_frame(page, log=[[1e300, NAME, "info", "", "at no time"], [0, NAME, "info", "", "at midnight"]])
+    view(page, "log")
+    page.run("document.getElementById('log-filter').value = 'at '")
+    page.run("document.getElementById('log-filter').dispatchEvent(new Event('input'))")
+    rows = page.run("[...document.querySelectorAll('#entries tr')].map((each) => each.textContent)")
+    assert {f"?{NAME}at no time", f"00:00:00{NAME}at midnight"} <= set(rows)
+
+
+def test_a_track_goes_on_after_its_longest(page):
+    points = [[41 + at / 1e5, -8, 0] for at in range(17_999)]
+    name, now = "far", time.time()
+    give_frame(page, now=now, vehicles={name: fake_vehicle(name)}, tracks={name: points})
+    for second, depth in enumerate((0, 0, 15, 15)):
+        for later in (0.0, 0.5):  # too early for a point of its own
+            state = fake_vehicle(name, lat=42 + second / 1e3 + later / 1e4, depth=depth)["state"]
+            give_frame(page, now=now + second + later, vehicles={name: {"state": state}})
+    assert known(page, f"[store.tracks['{name}'].points.length, store.tracks['{name}'].dropped]") == [16_203, 1_800]
+    assert known(page, f"store.tracks['{name}'].points.at(-1)") == [42.003, -8, 15]
+    give_frame(page, all=True, vehicles={NAME: known(page, f"store.vehicles['{NAME}']")})
+    assert known(page, f"store.tracks['{name}'].points.length") == 16_203
+
+
+def test_a_field_that_is_not_drawn_is_told(page):
+    view(page, "plots")
+    for field, told in (("constructor", "there is no field"), ("EstimatedState.depth", "is drawn already")):
+        page.run(f"document.getElementById('field').value = '{field}'")
+        page.press("#field-add")
+        until(lambda told=told: told in page.text("#result"), told=lambda: page.text("#result"))
+    for name in ("phi", "theta", "psi", "lat", "lon", "height", "x", "y"):
+        page.run(f"document.getElementById('field').value = 'EstimatedState.{name}'")
+        page.press("#field-add")
+    until(lambda: "at most 8 fields" in page.text("#result"), told=lambda: page.text("#result"))
+    assert page.run("document.querySelectorAll('#plots canvas').length") == 8
+
+
+def test_without_a_login_it_says_how_to_log_in(page, tmp_path):
+    with browser(tmp_path) as stranger:
+        stranger.open(page.run("location.origin"))
+        until(
+            lambda: stranger.text("#result").startswith("Log in: open the link"), told=lambda: stranger.text("#result")
+        )
 
 
 def test_it_asks_no_other_host_and_has_no_errors(page):

@@ -43,8 +43,8 @@ def test_tiles_are_those_of_the_files(tmp_path):
     write_pmtiles(tmp_path / "photo.pmtiles")
     (tmp_path / "notes.txt").write_text("no tiles")
     sets = TileSets(tmp_path)
-    assert (sets.names, sets.troubles) == (["chart", "photo"], [])
-    for name in sets.names:
+    assert (sets.zooms, sets.troubles) == ({"chart": (3, 3), "photo": (3, 3)}, [])
+    for name in sets.zooms:
         assert sets.tile(name, 3, 2, 1) == (PNG, "image/png")
         assert sets.tile(name, 3, 2, 2) is None
 
@@ -61,7 +61,7 @@ def test_files_that_cannot_be_read_are_named_and_the_others_served(tmp_path):
     (tmp_path / "empty.pmtiles").touch()
     write_mbtiles(tmp_path / "chart.mbtiles")
     sets = TileSets(tmp_path)
-    assert sets.names == ["chart"]
+    assert sets.zooms == {"chart": (3, 3)}
     assert [text.partition(": ")[0].rpartition("/")[2] for text in sets.troubles] == [
         "bad.mbtiles",
         "bad.pmtiles",

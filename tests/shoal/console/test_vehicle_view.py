@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from shoal.console.page_feed import encode
-from shoal.console.vehicle_view import EntityTimes, changed_sections, vehicle_view
+from shoal.console.vehicle_view import ArrivalTimes, changed_sections, vehicle_view
 from shoal.network import NetworkSystem
 
 
@@ -15,7 +15,7 @@ def view_of(*messages, name="lauv", times=None):
     system = NetworkSystem(name)
     for message in messages:
         system.store_latest(message)
-    return vehicle_view(system, times or EntityTimes())
+    return vehicle_view(system, times or ArrivalTimes())
 
 
 def test_what_is_unknown_is_null():
@@ -36,20 +36,40 @@ def test_units_are_degrees_and_meters():
 
 
 def test_entities_are_sorted_by_severity_and_keep_when_it_began():
-    times, kinds = EntityTimes(), imc.EntityState.State
+    now = [100.0]
+    times, kinds = ArrivalTimes(lambda: now[0]), imc.EntityState.State
     first = view_of(
         imc.EntityState(timestamp=5.0, src_ent=1, state=kinds.NORMAL),
         imc.EntityState(timestamp=6.0, src_ent=2, state=kinds.ERROR, description="no data"),
         times=times,
     )
-    assert [(each["entity"], each["state"]) for each in first["health"]["entities"]] == [
-        ("2", "error"),
-        ("1", "normal"),
-    ]
+    shown = [(each["entity"], each["state"]) for each in first["health"]["entities"]]
+    assert shown == [("2", "error"), ("1", "normal")]
+    now[0] = 103.0
     later = view_of(imc.EntityState(timestamp=9.0, src_ent=2, state=kinds.ERROR), times=times)
-    assert later["health"]["entities"][0]["since"] == 6.0
+    assert later["health"]["entities"][0]["since"] == 100.0
     over = view_of(imc.EntityState(timestamp=12.0, src_ent=2, state=kinds.NORMAL), times=times)
-    assert over["health"]["entities"][0]["since"] == 12.0
+    assert over["health"]["entities"][0]["since"] == 103.0
+
+
+def test_the_age_of_a_position_is_by_the_clock_of_the_console():
+    now = [100.0]
+    times, state = ArrivalTimes(lambda: now[0]), imc.EstimatedState(timestamp=5.0, lat=0.7)
+    assert view_of(state, times=times)["state"]["time"] == 100.0
+    now[0] = 160.0
+    assert view_of(state, times=times)["state"]["time"] == 100.0
+    assert view_of(state.replace(timestamp=6.0), times=times)["state"]["time"] == 160.0
+
+
+def test_a_vehicle_without_a_position_has_none():
+    for state in (imc.EstimatedState(depth=1.0), imc.EstimatedState(lat=9.0)):
+        assert (view_of(state)["state"]["lat"], view_of(state)["state"]["lon"]) == (None, None)
+
+
+def test_an_old_speed_of_a_motor_says_nothing():
+    rpm = imc.Rpm(timestamp=10.0, value=900.0)
+    assert view_of(rpm, imc.VehicleState(timestamp=11.0))["plan"]["motors"] == "turning"
+    assert view_of(rpm, imc.VehicleState(timestamp=60.0))["plan"]["motors"] is None
 
 
 @pytest.mark.parametrize(
