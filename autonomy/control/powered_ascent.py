@@ -67,7 +67,7 @@ class AscentMonitor:
         self._unseen = self._jumped = 0.0
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         self._bow_up, self._pitched = False, -math.inf
-        self._steep = self._stopped = math.inf
+        self._steep, self._stopped, self._stops_dive = math.inf, math.inf, False
 
     @property
     def share(self) -> float:
@@ -94,8 +94,8 @@ class AscentMonitor:
         self._doubted, self._climbs, self._floats = None, False, False
         self._risen, self._updated, self._sank = 0.0, math.nan, False
         self._unseen, self.pitch_faulty = 0.0, False
-        self.astern &= self._stopped == math.inf
-        self._steep = self._stopped = math.inf
+        self.astern &= not self._stops_dive
+        self._steep, self._stopped, self._stops_dive = math.inf, math.inf, False
 
     def update(
         self,
@@ -115,6 +115,7 @@ class AscentMonitor:
         if not math.isnan(self._updated):
             self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
         self._depth, self._updated = depth, now
+        self._end_long_stop(now)
         shallow = depth <= self.surface - (ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced:
             self._sank |= jumped > 0.0 or self._risen < -SANK
@@ -140,13 +141,11 @@ class AscentMonitor:
 
     def update_without_depth(self, now: float, depth: float, elapsed: float) -> None:
         """Help for the time that the last depth (m) takes; it was measured `elapsed` s ago."""
+        self._end_long_stop(now)
         if elapsed > self.delay:
+            self._stops_dive = False
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
             self._depth, self._since, self.astern = depth, now, False
-
-    @property
-    def _stops_dive(self) -> bool:
-        return self._stopped < math.inf and self.astern
 
     def stop_dive(self, now: float, pitch: float, rising: float) -> None:
         """Go astern, once, where a bow that is far down (rad) keeps a vehicle without a plan from rising (m/s).
@@ -154,14 +153,23 @@ class AscentMonitor:
         So it leaves the bottom, or does not reach it, before its bow comes up: then an astern thrust lifts no more.
         """
         if self._stops_dive:
-            if pitch > LEVELED or now - self._stopped > LONGEST_STOP or not self.helping:
-                self.helping, self.astern, self._since, self._extreme = False, False, now, -math.inf
+            if pitch > LEVELED or not self.helping:
+                self._end_stop(now)
             return
         steep = pitch < STEEP and rising < SINKS_STEEPLY and self._depth > NEAR_SURFACE and self._updated == now
         self._steep = min(self._steep, now) if steep else math.inf
         if now - self._steep > STEEP_FOR and self._stopped == math.inf and not (self.helping or self.astern):
-            self.helping = self.astern = True
+            self.helping = self.astern = self._stops_dive = True
             self._stopped, self._coasts = now, -math.inf
+
+    def _end_long_stop(self, now: float) -> None:
+        """End it also where pitch and speed, which `stop_dive` needs, are missing."""
+        if self._stops_dive and now - self._stopped > LONGEST_STOP:
+            self._end_stop(now)
+
+    def _end_stop(self, now: float) -> None:
+        self.helping, self.astern, self._stops_dive = False, False, False
+        self._since, self._extreme = now, -math.inf
 
     def record_pitch(self, now: float, pitch: float, pitching: float, rising: float = 0.0) -> None:
         """End help that turns the bow (rad, rad/s) farther down, as fins do that are jammed.
@@ -188,6 +196,7 @@ class AscentMonitor:
             self._afloat = now
         self.helping, self._extreme, self._since = False, -math.inf, now
         self.astern &= not self._stops_dive
+        self._stops_dive = False
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         if now - self._afloat > AT_SURFACE:
             self.heavy = self.failed = self.astern = False

@@ -125,6 +125,24 @@ def test_a_bow_far_down_is_brought_up_astern_at_once_and_only_once():
         assert not any(dives(pitch, rising, depth=depth)[0])
 
 
+@pytest.mark.parametrize("measured", [True, False])
+def test_a_dive_stop_ends_after_its_longest_time_although_pitch_and_speed_fall_silent(measured):
+    monitor = AscentMonitor(0.3, 20.0)
+    monitor.reset(0.0)
+    helped = []
+    for tick in range(4 * 19):
+        now = 0.25 * tick
+        if now < 2.0 or measured:
+            monitor.update(now, 5.0, False)
+        else:
+            monitor.update_without_depth(now, 5.0, now - 2.0)
+        if now < 2.0:
+            monitor.stop_dive(now, -1.0, 0.0)
+        helped.append(monitor.helping)
+    assert 4 * 7 < sum(helped) <= 4 * 9
+    assert not monitor.astern
+
+
 def test_astern_at_the_surface_it_does_not_pause_for_an_attempt_before():
     monitor = watch(lambda t: 10.0 + 0.1 * t, 47.0)
     monitor = watch(lambda t: max(0.0, 14.7 - 1.5 * (t - 47.0)), 30.0, monitor, begin=47.0)

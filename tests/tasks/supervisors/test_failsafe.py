@@ -228,6 +228,16 @@ def test_the_motor_stops_at_the_surface_where_a_depth_drifts_on_that_it_does_not
     assert driven(*depths)[-1] > 65.0, "without fixes it tries astern, too"
 
 
+def test_a_dive_is_not_stopped_for_ever_where_navigation_falls_silent():
+    off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
+    dive = every(imc.EstimatedState, 0.1, 4.0, depth=20.0, theta=math.radians(-45.0), vz=0.3)
+    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": ["EstimatedState"]}
+    run = guarded(ON, off, *dive, *every(imc.Depth, 0.25, 20.0, value=20.0), seconds=20.0, **options)
+    driven = [m.timestamp - run.vehicle.start_time for m in run.of(imc.SetThrusterActuation) if m.value < 0.0]
+    assert 1.0 < driven[0] < 3.0
+    assert 7.0 < driven[-1] - driven[0] < 9.0
+
+
 def test_a_depth_that_has_jumped_to_the_surface_is_doubted_where_gps_has_no_fix():
     fixes = every(imc.GpsFix, 1.0, 2.0, type=imc.GpsFix.Type.STANDALONE, validity=imc.GpsFix.Validity.VALID_POS)
     dive = [imc.Depth(timestamp=0.5 * k, value=0.2 * k) for k in range(30)]
