@@ -18,6 +18,7 @@ from support.terminal_text import suggestion, with_suggestion
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition
+RESTING = imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.ERROR
 COMMANDS = (imc.SetThrusterActuation, imc.SetServoPosition)
 TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
 CROSS = 4  # fins: below, port, starboard, above
@@ -116,9 +117,11 @@ class Failsafe(Task):
         self._estimated_pitch = math.nan
         self._rising, self._ascending, self._reported = 0.0, False, False
         self._jumped = 0.0
-        self._missed: dict[str, int] = {}
-        self._is_at_sea = False
-        self._loops = self._scope = 0
+        # Kept over restarts of this task at sea, which receives no second order of what is under way.
+        self._missed: dict[str, int] = getattr(self, "_missed", {})
+        self._is_at_sea = getattr(self, "_is_at_sea", False)
+        self._loops, self._scope = getattr(self, "_loops", 0), getattr(self, "_scope", 0)
+        self._is_loop_doubtful = self._loops != 0
         self._limit = self._own.deepest
         self._depth, self._deep_since, self._too_deep = -math.inf, math.inf, False
         self._sensor = ""
@@ -131,6 +134,13 @@ class Failsafe(Task):
         if loops.scope_ref >= self._scope:
             self._scope = loops.scope_ref
             self._loops = self._loops | loops.mask if loops.enable else self._loops & ~loops.mask
+
+    @consume
+    def on_vehicle_state(self, state: imc.VehicleState) -> None:
+        """After a restart, which others take for an error: the order that disables the loops came in between."""
+        if self._is_loop_doubtful and state.op_mode in RESTING:
+            self._loops = 0
+        self._is_loop_doubtful = False
 
     @consume
     def on_operational_limits(self, limits: imc.OperationalLimits) -> None:

@@ -8,6 +8,7 @@ from flying import BROADCAST, CCU, OWN
 
 import imc
 from runtime import ParameterError, State
+from runtime.fault_injection import Crash, Injection
 from runtime.testing import START, simulate
 from tasks.supervisors.failsafe import Failsafe
 from tests.command import shoal
@@ -270,6 +271,26 @@ def test_no_motor_turns_on_a_bench_whatever_a_depth_sensor_without_zero_shows(sh
     assert not turns()
     off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
     assert turns(ON, off) or shown == -0.6, "after a control loop has been enabled it may be at sea"
+
+
+def test_a_restart_at_sea_forgets_neither_that_it_is_there_nor_a_plan_nor_a_silence():
+    off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
+    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": ["EstimatedState"]}
+    crash = {"keep_going": True, "faults": [Injection(Crash(), start=8.0)]}
+
+    def driven(*feed):
+        run = guarded(*feed, seconds=60.0, **options, **crash)
+        assert any("restarting" in text for text in run.log)
+        return [m.timestamp - run.vehicle.start_time for m in run.of(imc.SetThrusterActuation) if m.value], run
+
+    estimates = every(imc.EstimatedState, 0.5, 60.0, depth=3.0)
+    assert 25.0 < driven(ON, off, *every(imc.Depth, 0.25, 60.0, value=3.0), *estimates)[0][0] < 35.0, "it is heavy"
+    assert not driven(ON, *every(imc.Depth, 0.25, 60.0, value=10.0), *estimates)[0], "a plan dives"
+    _, run = driven(*every(imc.EstimatedState, 0.5, 7.5))
+    assert {text for at, text in errors(run) if at > 9.5} == {"no EstimatedState for 3 s"}
+    resting = imc.VehicleState(timestamp=10.0, op_mode=imc.VehicleState.OpMode.ERROR)
+    lost = ON.replace(timestamp=8.5, enable=0, scope_ref=5)
+    assert driven(ON, lost, resting, *every(imc.Depth, 0.25, 60.0, value=10.0), *estimates)[0], "its plan has ended"
 
 
 @pytest.mark.parametrize(
