@@ -189,10 +189,12 @@ class InputJournals:
         if self._changed is not None:
             self._settle()
         if now != self._moment:
-            self._moment, self._early = now, self._kernel.has_unqueued_timers
+            is_first, self._moment, self._early = self._moment < 0, now, self._kernel.has_unqueued_timers
             if self._early:
                 self._note_in_all(EARLY)
             else:
+                if is_first:  # the journal of a restored task may end in an early moment
+                    self._note_in_all(QUEUED)
                 self._keep_short(now, timer)
         elif self._early and not self._kernel.has_unqueued_timers:
             self._early = False

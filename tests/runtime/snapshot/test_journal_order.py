@@ -76,3 +76,29 @@ def test_a_message_at_the_time_of_a_tick_is_replayed_before_or_after_it_as_it_wa
         restore(other, load(snapshot))
         assert [task.steps for task in other.tasks if isinstance(task, Replier)] == [steps]
         other.close()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_restored_run_can_be_saved_again_after_a_message_at_the_time_of_a_tick(seed: int) -> None:
+    """The first snapshot is taken between that message and the ticks of its time."""
+    vehicle = vehicle_of(Ticker, Replier, seed=seed)
+    InputJournals(vehicle)
+    vehicle.start()
+    for _ in range(5):
+        at = min(timer.time for timer in vehicle.kernel.timers() if timer.function)
+        vehicle.kernel.run(until=at)
+        vehicle.daemon.publish(imc.Temperature(value=0.0))
+        vehicle.kernel.run(until=at)
+    snapshot = load(take_snapshot(vehicle))
+    vehicle.close()
+    restored = vehicle_of(Ticker, Replier, seed=seed, time=snapshot.time)
+    InputJournals(restored)
+    restore(restored, snapshot)
+    restored.kernel.run(until=restored.kernel.now_ns + SECOND // 50)
+    again = load(take_snapshot(restored))
+    steps = [task.steps for task in restored.tasks if isinstance(task, Replier)]
+    restored.close()
+    other = vehicle_of(Ticker, Replier, seed=seed, time=again.time)
+    restore(other, again)
+    assert [task.steps for task in other.tasks if isinstance(task, Replier)] == steps
+    other.close()
