@@ -191,6 +191,7 @@ class InputJournals:
         if now != self._moment:
             is_first, self._moment, self._early = self._moment < 0, now, self._kernel.has_unqueued_timers
             if self._early:
+                self._pack_long()
                 self._note_in_all(EARLY)
             else:
                 if is_first:  # the journal of a restored task may end in an early moment
@@ -235,6 +236,12 @@ class InputJournals:
                 journal.entries.append((time, SET, (values, pushed)))
             if active != before[2]:
                 journal.entries.append((time, "activate" if active else "deactivate", ()))
+
+    def _pack_long(self) -> None:
+        """Pack long journals in a moment in which none can begin again: its timers are incomplete."""
+        for journal in self._journals.values():
+            if len(journal.entries) >= MANY:
+                journal.pack()
 
     def _keep_short(self, now: int, popped: Timer | None) -> None:
         """Pack long journals, or begin them again.

@@ -8,6 +8,7 @@ import imc
 from runtime import Script, Task, consume, periodic
 from runtime.kernel import SECOND
 from runtime.snapshot import InputJournals, load, restore, take_snapshot
+from runtime.snapshot.input_journal import MANY
 from tests.runtime.snapshot.test_input_journal import vehicle_of
 
 
@@ -101,4 +102,45 @@ def test_a_restored_run_can_be_saved_again_after_a_message_at_the_time_of_a_tick
     other = vehicle_of(Ticker, Replier, seed=seed, time=again.time)
     restore(other, again)
     assert [task.steps for task in other.tasks if isinstance(task, Replier)] == steps
+    other.close()
+
+
+class Counter(Task):
+    """Counts ticks and messages, and has a script that lasts."""
+
+    def start(self) -> None:
+        self.count = 0
+        self.start_script(self.work)
+
+    @periodic(10.0)
+    def tick(self) -> None:
+        self.count += 1
+
+    @consume
+    def add(self, _: imc.Temperature) -> None:
+        self.count *= 2
+        self.count %= 1001
+
+    async def work(self, script: Script) -> None:
+        await script.sleep(1e6)
+
+
+def test_a_journal_stays_short_where_each_message_comes_at_the_time_of_a_tick() -> None:
+    vehicle = vehicle_of(Counter)
+    journals = InputJournals(vehicle)
+    vehicle.start()
+    for tick in range(1, MANY):
+        vehicle.kernel.run(until=tick * SECOND // 10)
+        vehicle.daemon.publish(imc.Temperature(value=0.0))
+    counter = vehicle.task("Counter")
+    assert isinstance(counter, Counter)
+    assert len(journals.journal_of(counter).entries) < 2 * MANY
+    vehicle.kernel.run(until=vehicle.kernel.now_ns + 1)
+    snapshot, count = load(take_snapshot(vehicle)), counter.count
+    vehicle.close()
+    other = vehicle_of(Counter, time=snapshot.time)
+    restore(other, snapshot)
+    restored = other.task("Counter")
+    assert isinstance(restored, Counter)
+    assert restored.count == count
     other.close()
