@@ -59,6 +59,7 @@ SERVING = {  # a part that stands beside the one task that it serves, since the 
     "tasks.plan.store": "tasks.plan.db",
     "tasks.sensors.gnss_parser": "tasks.sensors.gps",
     "tasks.supervisors.maneuver_launcher": "tasks.supervisors.vehicle",
+    "tasks.supervisors.required_messages": "tasks.supervisors.failsafe",
     "tasks.transports.ftp_server": "tasks.transports.ftp",
     "tasks.transports.log_folder": "tasks.transports.logging",
     "tasks.transports.log_series": "tasks.transports.logging",

@@ -12,6 +12,7 @@ from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
 from autonomy.control.flight_phase import FlightPhase
 from autonomy.control.heading_controller import HORIZONTAL, HeadingController
 from autonomy.control.landing_reasons import LandingReasons
+from autonomy.control.measured_depth import DepthCondition, MeasuredDepth
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
 from autonomy.control.multirotor_velocity_controller import MultirotorCommand, MultirotorController, MultirotorGains
 from autonomy.control.pid import PID, PIDGains
@@ -36,6 +37,7 @@ __all__ = [
     "AttitudeReference",
     "BlindDescent",
     "BottomEstimator",
+    "DepthCondition",
     "DepthController",
     "DepthGains",
     "EchoClass",
@@ -44,6 +46,7 @@ __all__ = [
     "FlightPhase",
     "HeadingController",
     "LandingReasons",
+    "MeasuredDepth",
     "MultirotorCommand",
     "MultirotorController",
     "MultirotorGains",

@@ -6,29 +6,24 @@ from functools import partial
 from typing import Any
 
 import imc
-from autonomy.control import AscentMonitor, ascent_fins, blind_ascent_fins
+from autonomy.control import AscentMonitor, MeasuredDepth, ascent_fins, blind_ascent_fins
 from autonomy.limits import OperatingLimits
 from autonomy.navigation import AttitudeRange
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
-from support.number_parsing import clamp_magnitude
 from support.rotations import Vector
-from support.terminal_text import suggestion, with_suggestion
+from tasks.supervisors.required_messages import count_silence, parse_requirement
 
 Loops = imc.CLoopsMask
 Command = imc.SetThrusterActuation | imc.SetServoPosition
 RESTING = imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.ERROR
 COMMANDS = (imc.SetThrusterActuation, imc.SetServoPosition)
-TOO_DEEP = 1.0  # s of samples without a gap; a single one may be wrong
 CROSS = 4  # fins: below, port, starboard, above
 DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
 DEEPEST_BENCH = 5.0  # m that a depth sensor may show on a bench, until a control loop has been enabled
 STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
-DEPTH_JUMP = 1.0  # m beyond what motion explains
-SMOOTHING, FASTEST = 0.05, 3.0  # weight of a new rate of depth; m/s that it can be
-COASTS, GENTLY = 4.0, 0.4  # s, m/s: without its motor, a vehicle that sinks faster coasts for the time at the excess
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
 UPRIGHT, INVERTED = math.radians(91.0), math.radians(181.0)  # no pitch and no roll is larger; one in degrees is
@@ -95,7 +90,7 @@ class Failsafe(Task):
     def configure(self) -> None:
         if self.ascent_thrust and not (self.thrusters and len(self.servos) == CROSS):
             raise ParameterError("Ascent Thrust", f"needs Thrusters, and Servos of {CROSS} fins")
-        self._required = dict(map(_requirement, self.required_messages))
+        self._required = dict(map(parse_requirement, self.required_messages))
         number = partial(general_number, self.vehicle.profile)
         self._own = OperatingLimits.from_options(number, deepest=math.inf)
         self._gap = number("Longest Radio Gap", 0.0)
@@ -110,20 +105,19 @@ class Failsafe(Task):
         self._ascent = AscentMonitor(self._surface, self.ascent_delay)
         self._angles: Vector = (0.0, 0.0, 0.0)
         self._rates: Vector = (0.0, 0.0, 0.0)
-        self._felt = self._measured = self._fixed = self._estimated = self._surfaced = -math.inf
+        self._sensed = MeasuredDepth()
+        self._felt = self._fixed = self._estimated = self._surfaced = -math.inf
         self._floats = False
         self._estimated_depth = -math.inf
         self._estimated_rising: float | None = None
         self._estimated_pitch = math.nan
-        self._rising, self._ascending, self._reported = 0.0, False, False
-        self._jumped = 0.0
+        self._ascending = self._reported = False
         # Kept over restarts of this task at sea, which receives no second order of what is under way.
         self._missed: dict[str, int] = getattr(self, "_missed", {})
         self._is_at_sea = getattr(self, "_is_at_sea", False)
         self._loops, self._scope = getattr(self, "_loops", 0), getattr(self, "_scope", 0)
         self._is_loop_doubtful = self._loops != 0
         self._limit = self._own.deepest
-        self._depth, self._deep_since, self._too_deep = -math.inf, math.inf, False
         self._sensor = ""
         self._reason = ""
         self.set_entity_state(State.NORMAL, "active")
@@ -151,17 +145,8 @@ class Failsafe(Task):
         """Compare the measured depth itself, and where it leads, with the limit: navigation may be wrong or silent."""
         if not math.isfinite(depth.value):
             return  # no measurement
-        if self.now > self._measured > -math.inf:
-            rate = (self._depth - depth.value) / (self.now - self._measured)
-            if abs(self._depth - depth.value) > DEPTH_JUMP + FASTEST * (self.now - self._measured):
-                self._jumped += depth.value - self._depth
-            self._rising += SMOOTHING * (clamp_magnitude(rate, FASTEST) - self._rising)
-        self._depth, self._measured = depth.value, self.now
+        self._sensed.update(self.now, depth.value, self._limit + self.depth_margin)
         self._is_at_sea |= depth.value > DEEPEST_BENCH
-        coasts = COASTS * max(0.0, -self._rising - GENTLY)
-        deep = depth.value + coasts > self._limit + self.depth_margin
-        self._deep_since = min(self._deep_since, self.now) if deep else math.inf
-        self._too_deep = self.age(self._deep_since) >= TOO_DEEP
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume
@@ -178,7 +163,7 @@ class Failsafe(Task):
         """A receiver with a fix is above the water, unless the depth is far from it."""
         if fix.validity & imc.GpsFix.Validity.VALID_POS and fix.type != imc.GpsFix.Type.MANUAL_INPUT:
             if self.age(self._fixed) > FIX_TIMEOUT:
-                self._surfaced, self._floats, self._jumped = self.now, False, 0.0
+                self._surfaced, self._floats, self._sensed.jumped = self.now, False, 0.0
             self._fixed = self.now
 
     @consume(others=True)
@@ -192,7 +177,7 @@ class Failsafe(Task):
         faults = self._faults()
         if faults and not self._reason:
             self._take_over(faults)
-        elif self._reason and not faults and not self._depth > self._surface:
+        elif self._reason and not faults and not self._sensed.depth > self._surface:
             self._release()
         elif self._reason:
             self._neutralize(again=False)
@@ -211,25 +196,20 @@ class Failsafe(Task):
         """The faults; empty if there are none."""
         longest = max(self.silence_timeout, self._gap)
         most = longest * self.execution_frequency
-        found: list[str] = []
-        for name, loops in self._required.items():
-            if loops and not self._loops & loops:
-                self._missed[name] = 0
-            elif loops or name in self._missed:
-                self._missed[name] = self._missed.get(name, 0) + 1
-                if self._missed[name] > most:
-                    found.append(f"no {name} for {longest:g} s")
-        if self._too_deep:
-            depth = f"depth {self._depth:.1f} m" + (f" ({self._sensor})" if self._sensor else "")
-            far = "is deeper than" if self._depth > self._limit else f"sinks at {-self._rising:.1f} m/s, too fast for"
-            found.append(f"{depth} {far} the limit of {self._limit:g} m")
+        silent = count_silence(self._required, self._missed, self._loops, most)
+        found = [f"no {name} for {longest:g} s" for name in silent]
+        if self._sensed.is_too_deep:
+            depth, sensor = self._sensed.depth, f" ({self._sensor})" if self._sensor else ""
+            sinks = f"sinks at {-self._sensed.rising:.1f} m/s, too fast for"
+            far = "is deeper than" if depth > self._limit else sinks
+            found.append(f"depth {depth:.1f} m{sensor} {far} the limit of {self._limit:g} m")
         return ", ".join(found)
 
     def _take_over(self, reason: str) -> None:
         self._reason = reason
         for kind in COMMANDS:
             self._bus.subscribe(Subscription(kind, self._overrule, self))
-        self._began, self._from, self._dropped = self.now, self._depth, False
+        self._began, self._from, self._dropped = self.now, self._sensed.depth, False
         self.set_entity_state(State.ERROR, reason)
         self.log.error(f"{reason}: stopping the maneuver, all control loops and the motors")
         self.publish(imc.Abort(dst=self.system))
@@ -274,19 +254,18 @@ class Failsafe(Task):
         if self._loops or not self._is_at_sea:
             ascent.reset(now)
             ascent.heavy = self._reported = False
-        elif self.age(max(self._measured, self._estimated)) < DEPTH_TIMEOUT:
-            depth = self._depth if self.age(self._measured) < DEPTH_TIMEOUT else self._estimated_depth
+        elif self.age(max(self._sensed.time, self._estimated)) < DEPTH_TIMEOUT:
+            depth = self._sensed.depth if self.age(self._sensed.time) < DEPTH_TIMEOUT else self._estimated_depth
             fixed = self.age(self._fixed) < FIX_TIMEOUT
             # Deep, with fixes, and the motor changes nothing: the depth drifts, and the vehicle is at the surface.
             self._floats |= self.age(self._surfaced) > STEADY and ascent.has_stalled(now, STEADY)
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
-            jumped = -self._jumped if self._jumped < -DEPTH_JUMP else 0.0
-            ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, jumped)
+            ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, self._sensed.jumped_up)
             if rising is not None and abs(self._estimated_pitch) <= UPRIGHT and not surfaced:
                 ascent.stop_dive(now, self._estimated_pitch, rising)
         else:
-            ascent.update_without_depth(now, self._depth, self.age(self._measured))
+            ascent.update_without_depth(now, self._sensed.depth, self.age(self._sensed.time))
         if ascent.failed and not before:
             self.log.error("motor and fins do not bring the vehicle up")
             self._drop_weight()
@@ -300,8 +279,8 @@ class Failsafe(Task):
         self._ascending = on
         if on:
             if not self._reported:
-                why = "does not rise" if self._depth > self._surface else "has no fix"
-                self.log.error(f"the vehicle {why} at {self._depth:.1f} m: ascending with motor and fins")
+                why = "does not rise" if self._sensed.depth > self._surface else "has no fix"
+                self.log.error(f"the vehicle {why} at {self._sensed.depth:.1f} m: ascending with motor and fins")
             self._reported, self._felt, self._possible = True, -math.inf, AttitudeRange(INVERTED, UPRIGHT)
             for kind in (imc.EulerAngles, imc.AngularVelocity):
                 self._bus.subscribe(Subscription(kind, self._feel, self))
@@ -323,15 +302,15 @@ class Failsafe(Task):
         if not self._ascending:
             return
         ascent, fins = self._ascent, [0.0] * CROSS
-        measured = self.now - self._measured < DEPTH_TIMEOUT
+        measured = self.now - self._sensed.time < DEPTH_TIMEOUT
         felt = self.now - self._felt < ATTITUDE_TIMEOUT and all(map(math.isfinite, self._rates))
         if felt:
             now = self.now_without_stalls
-            ascent.record_pitch(now, self._angles[1], self._rates[1], self._rising if measured else 0.0)
+            ascent.record_pitch(now, self._angles[1], self._rates[1], self._sensed.rising if measured else 0.0)
         if felt and not (ascent.pitch_faulty and measured):
             fins = ascent_fins(self._angles, self._rates, math.radians(self.ascent_pitch), LARGEST_DEFLECTION)
         elif measured:
-            fins = blind_ascent_fins(self._rising, LARGEST_DEFLECTION)
+            fins = blind_ascent_fins(self._sensed.rising, LARGEST_DEFLECTION)
         share = ascent.share
         self._command(self.ascent_thrust * share, [0.0] * CROSS if share < 0.0 else fins)
         self.after(ASCENT_PERIOD, self._ascend)
@@ -340,27 +319,12 @@ class Failsafe(Task):
         """Drop the weight if the vehicle does not rise."""
         if self._dropped or not self.drop_weight_channel or self.age(self._began) < self.drop_weight_delay:
             return
-        if self._depth > self._from - SINKS:
+        if self._sensed.depth > self._from - SINKS:
             self._drop_weight()
-        self._began, self._from = self.now, self._depth
+        self._began, self._from = self.now, self._sensed.depth
 
     def _drop_weight(self) -> None:
         if self.drop_weight_channel:
             self._dropped = True
             self.log.error("the vehicle does not rise: dropping the weight")
             self.publish(imc.PowerChannelControl(name=self.drop_weight_channel, op=imc.PowerChannelControl.Op.TURN_ON))
-
-
-def _requirement(text: str) -> tuple[str, int]:
-    """Name and loops (CLoopsMask) of "Name" or "Name: LOOP LOOP". Raises ParameterError."""
-    name, _, words = text.partition(":")
-    name, mask = name.strip(), 0
-    if name not in imc.builtin():
-        reason = with_suggestion(f"there is no message {name!r}", name, imc.builtin().types)
-        raise ParameterError("Required Messages", reason)
-    for word in words.split():
-        if word not in Loops.__members__:
-            hint = suggestion(word, Loops.__members__) or "see CLoopsMask"
-            raise ParameterError("Required Messages", f"there is no control loop {word!r} ({hint})")
-        mask |= Loops[word].value
-    return name, mask
