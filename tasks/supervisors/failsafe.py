@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 import imc
-from autonomy.control import AscentMonitor, MeasuredDepth, ascent_fins, blind_ascent_fins
+from autonomy.control import AscentMonitor, DepthCondition, MeasuredDepth, ascent_fins, blind_ascent_fins
 from autonomy.limits import OperatingLimits
 from autonomy.navigation import AttitudeRange
 from runtime import ParameterError, State, Task, consume, param, periodic
@@ -41,7 +41,7 @@ class Failsafe(Task):
     With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
     goes astern, and ahead while its bow is up. The motor of a vehicle that may stand on a bench does not turn: no
-    control loop has been enabled since the start, and no depth was greater than 5 m.
+    control loop has been enabled since the start, and no depth was greater than 5 m for 1 s.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -106,6 +106,7 @@ class Failsafe(Task):
         self._angles: Vector = (0.0, 0.0, 0.0)
         self._rates: Vector = (0.0, 0.0, 0.0)
         self._sensed = MeasuredDepth()
+        self._sensed_sea, self._estimated_sea = DepthCondition(), DepthCondition()
         self._felt = self._fixed = self._estimated = self._surfaced = -math.inf
         self._floats = False
         self._estimated_depth = -math.inf
@@ -146,7 +147,7 @@ class Failsafe(Task):
         if not math.isfinite(depth.value):
             return  # no measurement
         self._sensed.update(self.now, depth.value, self._limit + self.depth_margin)
-        self._is_at_sea |= depth.value > DEEPEST_BENCH
+        self._is_at_sea |= self._sensed_sea.update(self.now, depth.value > DEEPEST_BENCH)
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume
@@ -154,7 +155,7 @@ class Failsafe(Task):
         """Use the estimate where the sensor is silent, and its vertical speed where the sensor is wrong."""
         if math.isfinite(state.depth):
             self._estimated, self._estimated_depth = self.now, state.depth
-            self._is_at_sea |= state.depth > DEEPEST_BENCH
+            self._is_at_sea |= self._estimated_sea.update(self.now, state.depth > DEEPEST_BENCH)
             self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
             self._estimated_pitch = state.theta
 

@@ -273,6 +273,15 @@ def test_no_motor_turns_on_a_bench_whatever_a_depth_sensor_without_zero_shows(sh
     assert turns(ON, off) or shown == -0.6, "after a control loop has been enabled it may be at sea"
 
 
+@pytest.mark.parametrize("at", [0.25, 30.0])
+@pytest.mark.parametrize("kind", [imc.Depth, imc.EstimatedState])
+def test_a_single_wrong_depth_does_not_make_a_bench_the_sea(kind, at):
+    field = "value" if kind is imc.Depth else "depth"
+    wrong = [kind(timestamp=0.25 * k, **{field: 6.0 if 0.25 * k == at else 0.5}) for k in range(1, 400)]
+    run = guarded(*wrong, seconds=100.0, servos=[0, 1, 2, 3], ascent_thrust=0.6, required_messages=[])
+    assert not any(m.value for m in run.of(imc.SetThrusterActuation))
+
+
 def test_a_restart_at_sea_forgets_neither_that_it_is_there_nor_a_plan_nor_a_silence():
     off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
     options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": ["EstimatedState"]}
