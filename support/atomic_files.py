@@ -98,16 +98,21 @@ def new_file(path: Path, force: bool = False) -> Generator[Path]:
 def new_folder(path: Path, force: bool = False) -> Generator[Path]:
     """A temporary folder to write to, like `new_file`.
 
-    With `force`, new files replace those of the same name in an existing folder; other files stay. Files in the folder
+    With `force`, new files replace those of the same name in an existing folder; other files stay. Of several that
+    write to the same folder at once, the first one has it. Raises OSError that names `path`. Files in the folder
     itself are on the disk afterwards; those in its folders, which may be thousands, when the system writes them.
     """
     _refuse(path, force and path.is_dir())
-    part = path.with_name(path.name + ".part")
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
+    part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.part")
+    try:
+        part.mkdir(parents=True)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    _remove_stale_folders(path, part.stat().st_mtime)
     try:
         with add_path_to_errors(path):
             yield part
+            _refuse(path, force and path.is_dir())
             if path.is_dir():
                 for file in part.iterdir():
                     if file.is_file():
@@ -123,6 +128,14 @@ def new_folder(path: Path, force: bool = False) -> Generator[Path]:
                 sync_path(path.parent)
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+def _remove_stale_folders(path: Path, now: float) -> None:
+    """Remove the temporary folders of killed programs in which nothing was written for `STALE`, at a time (s)."""
+    for part in path.parent.glob(f"{glob.escape(path.name)}.{'[0-9a-f]' * 8}.part"):
+        with contextlib.suppress(OSError):
+            if now - max(each.stat().st_mtime for each in (part, *part.rglob("*"))) > STALE:
+                shutil.rmtree(part, ignore_errors=True)
 
 
 def make_folder(folder: Path) -> None:

@@ -122,6 +122,48 @@ def test_the_files_of_a_new_folder_are_on_the_disk_before_its_name(tmp_path, cal
     assert names == ["fsync", "fsync", "replace", "fsync"]
 
 
+def test_the_first_of_two_writers_of_a_folder_has_it_and_the_other_is_refused(tmp_path):
+    def write_twice():
+        with new_folder(tmp_path / "log") as part:
+            (part / "a").write_text("late")
+            with new_folder(tmp_path / "log") as other:
+                (other / "b").write_text("first")
+
+    with pytest.raises(FileExistsError, match="already exists"):
+        write_twice()
+    assert [file.name for file in tmp_path.iterdir()] == ["log"]
+    assert {file.name: file.read_text() for file in (tmp_path / "log").iterdir()} == {"b": "first"}
+
+
+def test_a_folder_that_another_program_makes_meanwhile_is_not_written_to(tmp_path):
+    def write_while_it_is_made():
+        with new_folder(tmp_path / "log"):
+            (tmp_path / "log").mkdir()
+
+    with pytest.raises(FileExistsError, match="already exists"):
+        write_while_it_is_made()
+    assert not list((tmp_path / "log").iterdir())
+
+
+def test_what_a_killed_program_has_left_of_a_folder_is_removed_after_an_hour(tmp_path):
+    old, recent = (tmp_path / f"log.0123abc{digit}.part" for digit in "de")
+    for part in (old, recent):
+        part.mkdir()
+        (part / "a").write_text("half")
+        os.utime(part, (0.0, 0.0))
+    os.utime(old / "a", (0.0, 0.0))
+    with new_folder(tmp_path / "log"):
+        pass
+    assert set(tmp_path.iterdir()) == {tmp_path / "log", recent}
+
+
+def test_a_place_where_no_folder_can_be_made_is_named_as_it_was_given(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="Not a directory") as caught, new_folder(tmp_path / "file" / "log"):
+        pass
+    assert caught.value.filename == str(tmp_path / "file" / "log")
+
+
 def test_what_is_removed_stays_removed(tmp_path, calls):
     write_file(tmp_path / "a", b"old")
     calls.clear()
