@@ -43,9 +43,10 @@ class AscentMonitor:
     `surface` is the depth (m) of a vehicle at the surface, `delay` the time (s) that buoyancy has. `helping` means that
     the motor is needed, `heavy` that it was needed before, `failed` that the latest attempt ahead brought nothing:
     the next one is `astern`, since fins that are stuck may point the vehicle down, but ahead while the bow is up.
-    `pitch_faulty` means that the pitch contradicts the depth, so that fins are better turned by the depth. A heavy
-    vehicle whose depth is that of the surface, but whose GPS has no fix there, gets help in spells: the depth may be
-    wrong. So does one that sinks by its vertical speed, or whose depth has jumped.
+    `pitch_faulty` means that the pitch contradicts the depth, so that fins are better turned by the depth; `stops_dive`
+    that the motor, astern, only brings up a bow that is far down. A heavy vehicle whose depth is that of the surface,
+    but whose GPS has no fix there, gets help in spells: the depth may be wrong. So does one that sinks by its vertical
+    speed, or whose depth has jumped.
     """
 
     surface: float
@@ -55,6 +56,7 @@ class AscentMonitor:
     failed: bool = False
     astern: bool = False
     pitch_faulty: bool = False
+    stops_dive: bool = False
 
     def __post_init__(self) -> None:
         self._depth = self._extreme = self._begun = -math.inf
@@ -67,7 +69,7 @@ class AscentMonitor:
         self._unseen = self._jumped = 0.0
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         self._bow_up, self._pitched = False, -math.inf
-        self._steep, self._stopped, self._stops_dive = math.inf, math.inf, False
+        self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
 
     @property
     def share(self) -> float:
@@ -94,8 +96,8 @@ class AscentMonitor:
         self._doubted, self._climbs, self._floats = None, False, False
         self._risen, self._updated, self._sank = 0.0, math.nan, False
         self._unseen, self.pitch_faulty = 0.0, False
-        self.astern &= not self._stops_dive
-        self._steep, self._stopped, self._stops_dive = math.inf, math.inf, False
+        self.astern &= not self.stops_dive
+        self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
 
     def update(
         self,
@@ -127,7 +129,7 @@ class AscentMonitor:
         self._risen = 0.0 if surfaced else self._risen
         if surfaced or shallow:
             self._float(now)
-        elif self.helping and not self._stops_dive:
+        elif self.helping and not self.stops_dive:
             self._extreme = max(self._extreme, depth)
             self._pause_astern(now, depth)
             if depth < self._extreme - RISEN:
@@ -143,7 +145,7 @@ class AscentMonitor:
         """Help for the time that the last depth (m) takes; it was measured `elapsed` s ago."""
         self._end_long_stop(now)
         if elapsed > self.delay:
-            self._stops_dive = False
+            self.stops_dive = False
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
             self._depth, self._since, self.astern = depth, now, False
 
@@ -152,23 +154,23 @@ class AscentMonitor:
 
         So it leaves the bottom, or does not reach it, before its bow comes up: then an astern thrust lifts no more.
         """
-        if self._stops_dive:
+        if self.stops_dive:
             if pitch > LEVELED or not self.helping:
                 self._end_stop(now)
             return
         steep = pitch < STEEP and rising < SINKS_STEEPLY and self._depth > NEAR_SURFACE and self._updated == now
         self._steep = min(self._steep, now) if steep else math.inf
         if now - self._steep > STEEP_FOR and self._stopped == math.inf and not (self.helping or self.astern):
-            self.helping = self.astern = self._stops_dive = True
+            self.helping = self.astern = self.stops_dive = True
             self._stopped, self._coasts = now, -math.inf
 
     def _end_long_stop(self, now: float) -> None:
         """End it also where pitch and speed, which `stop_dive` needs, are missing."""
-        if self._stops_dive and now - self._stopped > LONGEST_STOP:
+        if self.stops_dive and now - self._stopped > LONGEST_STOP:
             self._end_stop(now)
 
     def _end_stop(self, now: float) -> None:
-        self.helping, self.astern, self._stops_dive = False, False, False
+        self.helping, self.astern, self.stops_dive = False, False, False
         self._since, self._extreme = now, -math.inf
 
     def record_pitch(self, now: float, pitch: float, pitching: float, rising: float = 0.0) -> None:
@@ -195,8 +197,8 @@ class AscentMonitor:
         if self.helping or self._afloat is None:
             self._afloat = now
         self.helping, self._extreme, self._since = False, -math.inf, now
-        self.astern &= not self._stops_dive
-        self._stops_dive = False
+        self.astern &= not self.stops_dive
+        self.stops_dive = False
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         if now - self._afloat > AT_SURFACE:
             self.heavy = self.failed = self.astern = False

@@ -256,7 +256,7 @@ class Failsafe(Task):
             ascent.reset(now)
             ascent.heavy = self._reported = False
         elif self.age(max(self._sensed.time, self._estimated)) < DEPTH_TIMEOUT:
-            depth = self._sensed.depth if self.age(self._sensed.time) < DEPTH_TIMEOUT else self._estimated_depth
+            depth = self._known_depth
             fixed = self.age(self._fixed) < FIX_TIMEOUT
             # Deep, with fixes, and the motor changes nothing: the depth drifts, and the vehicle is at the surface.
             self._floats |= self.age(self._surfaced) > STEADY and ascent.has_stalled(now, STEADY)
@@ -273,16 +273,28 @@ class Failsafe(Task):
         if ascent.helping != self._ascending:
             self._switch_ascent(ascent.helping)
         if not self._reason:
-            heavy = "the vehicle does not rise by itself: motor and fins keep it up"
-            self.set_entity_state(*((State.ERROR, heavy) if ascent.heavy else (State.NORMAL, "active")))
+            help_ = "the bow is far down: going astern" if ascent.stops_dive else "motor and fins bring the vehicle up"
+            fault = "the vehicle does not rise by itself: motor and fins keep it up" if ascent.heavy else help_
+            helps = ascent.heavy or ascent.helping
+            self.set_entity_state(*((State.ERROR, fault) if helps else (State.NORMAL, "active")))
+
+    @property
+    def _known_depth(self) -> float:
+        """The measured depth (m), else the estimated one."""
+        measured = self.age(self._sensed.time) < DEPTH_TIMEOUT or math.isinf(self._estimated_depth)
+        return self._sensed.depth if measured else self._estimated_depth
 
     def _switch_ascent(self, on: bool) -> None:
         self._ascending = on
         if on:
-            if not self._reported:
-                why = "does not rise" if self._sensed.depth > self._surface else "has no fix"
-                self.log.error(f"the vehicle {why} at {self._sensed.depth:.1f} m: ascending with motor and fins")
-            self._reported, self._felt, self._possible = True, -math.inf, AttitudeRange(INVERTED, UPRIGHT)
+            depth = self._known_depth
+            if self._ascent.stops_dive:
+                down = math.degrees(-self._estimated_pitch)
+                self.log.error(f"the bow is down by {down:.0f}° at {depth:.1f} m: going astern")
+            elif not self._reported:
+                self._reported, why = True, "does not rise" if depth > self._surface else "has no fix"
+                self.log.error(f"the vehicle {why} at {depth:.1f} m: ascending with motor and fins")
+            self._felt, self._possible = -math.inf, AttitudeRange(INVERTED, UPRIGHT)
             for kind in (imc.EulerAngles, imc.AngularVelocity):
                 self._bus.subscribe(Subscription(kind, self._feel, self))
             self.after(0.0, self._ascend)

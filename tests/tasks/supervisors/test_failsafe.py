@@ -239,6 +239,19 @@ def test_a_dive_is_not_stopped_for_ever_where_navigation_falls_silent():
     assert 7.0 < driven[-1] - driven[0] < 9.0
 
 
+def test_a_dive_stop_is_reported_as_such_and_does_not_hide_the_ascent_after_it():
+    off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
+    dive = every(imc.EstimatedState, 0.1, 60.0, depth=20.0, theta=math.radians(-45.0), vz=0.0)
+    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
+    run = guarded(ON, off, *dive, seconds=60.0, **options)
+    texts = [text for text in run.log if "20.0 m" in text]
+    assert "the bow is down by 45° at 20.0 m: going astern" in texts[0]
+    assert "the vehicle does not rise at 20.0 m: ascending with motor and fins" in texts[1]
+    at, text = errors(run)[0]
+    assert at < 3.0
+    assert text == "the bow is far down: going astern"
+
+
 def test_a_depth_that_has_jumped_to_the_surface_is_doubted_where_gps_has_no_fix():
     fixes = every(imc.GpsFix, 1.0, 2.0, type=imc.GpsFix.Type.STANDALONE, validity=imc.GpsFix.Validity.VALID_POS)
     dive = [imc.Depth(timestamp=0.5 * k, value=0.2 * k) for k in range(30)]
