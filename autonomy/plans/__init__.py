@@ -8,7 +8,7 @@ from autonomy.plans.duration_energy_forecast import (
     forecast_totals,
     format_tuple_list,
 )
-from autonomy.plans.estimate import LatLon, ManeuverEstimate, Powertrain, estimate_maneuver, waypoints
+from autonomy.plans.estimate import LATENESS, LatLon, ManeuverEstimate, Powertrain, estimate_maneuver, waypoints
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations, is_airborne
 from autonomy.plans.plan_estimate import PlanEstimate, format_percent
@@ -19,6 +19,7 @@ from autonomy.plans.value_ranges import value_range_violations
 
 __all__ = [
     "FINISH",
+    "LATENESS",
     "TEMPLATES",
     "Actions",
     "Condition",

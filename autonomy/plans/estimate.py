@@ -17,6 +17,7 @@ CLIMB = math.sin(math.radians(15.0))  # vertical speed as a part of the forward 
 CRUISE = 1.0  # m/s, of maneuvers without a speed
 LANDING = 0.5  # m/s, of the last meters above the ground
 SMALLEST_CIRCLE = 5.0  # m, of CompassCalibration
+LATENESS = 3.0  # s by which a ScheduledGoto may be late
 SURFACE = 0.5  # m; at a smaller depth a vehicle keeps station adrift
 
 
@@ -146,7 +147,7 @@ def _estimate_scheduled(
     """It circles at the slowest speed first if there is more time than that takes."""
     left = maneuver.arrival_time - now
     needed = leg / left if left > 0.0 else math.inf
-    if needed > train.fastest and maneuver.delayed != imc.ScheduledGoto.Delayed.RESUME:
+    if leg / train.fastest - left > LATENESS and maneuver.delayed != imc.ScheduledGoto.Delayed.RESUME:
         return ManeuverEstimate(end=end)  # it is done at once, or fails, as soon as it is too late
     speed = max(train.slowest, min(train.fastest, needed))
     seconds = max(0.0, max(left, leg / speed) - train.ahead)

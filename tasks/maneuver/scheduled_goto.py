@@ -3,13 +3,13 @@
 import math
 
 import imc
+from autonomy.plans import LATENESS
 from runtime import ParameterError, param
 from tasks.maneuver.depth_spiral import CLIMB, vertical_error
 from tasks.maneuver.maneuver_task import Completed, Maneuver, ManeuverError, PathEnd, PathFlags
 
 Late = imc.ScheduledGoto.Delayed
 WAITING_RADIUS = 15.0  # m
-MARGIN = 3.0  # s; it is not worth circling for less, and no more is late
 TOLERANCE = 15.0  # s before or after its time, from which on the maneuver reports it
 SLOWEST = 0.1  # m/s
 REVISION = 2.0  # s between two updates of the speed
@@ -67,7 +67,7 @@ class ScheduledGoto(Maneuver):
         """Circle here, at the depth of the journey, while even the slowest speed would arrive early."""
         units = imc.SpeedUnits.METERS_PS
         here = PathEnd(goto.lat, goto.lon, goto.travel_z, goto.travel_z_units, self.minimum_speed, units)
-        if not self._is_early(goto, here, MARGIN):
+        if not self._is_early(goto, here, LATENESS):  # it is not worth circling for less
             return
         self.start_path(here, radius=WAITING_RADIUS, flags=PathFlags.LOITER_CURR)
         while self._is_early(goto, here, 0.0):
@@ -79,7 +79,7 @@ class ScheduledGoto(Maneuver):
 
     def _speed(self, goto: imc.ScheduledGoto, end: PathEnd) -> float:
         left = goto.arrival_time - self.now
-        if self.range_to(end) / self.maximum_speed - left > MARGIN:
+        if self.range_to(end) / self.maximum_speed - left > LATENESS:
             if goto.delayed == Late.SKIP:
                 self.report_missed(f"skipped {self.range_to(end):.0f} m before the point: it is too late")
                 raise Completed

@@ -80,6 +80,14 @@ def test_each_maneuver(maneuver, seconds):
     assert found.seconds == pytest.approx(seconds, abs=0.3, nan_ok=True)
 
 
+@pytest.mark.parametrize(("late", "is_known"), [(-1.0, True), (0.5, True), (2.9, True), (3.5, False)])
+def test_a_scheduled_goto_may_be_as_late_in_a_forecast_as_in_the_maneuver(late, is_known):
+    fail = imc.ScheduledGoto.Delayed.FAIL
+    maneuver = imc.ScheduledGoto(**place(160, 0), arrival_time=110.0 - late, delayed=fail)
+    found = estimate_maneuver(maneuver, (LAT, LON), Powertrain(), now=10.0)
+    assert math.isfinite(found.seconds) is is_known
+
+
 @pytest.mark.parametrize(
     ("maneuver", "meters"),
     [
