@@ -41,9 +41,10 @@ class Gaussian(TrueStateSensorTask):
         if not wgs84.is_on_earth(lat, lon):
             raise ParameterError("Peak Position", f"{self.peak_position} is not a latitude and a longitude")
         self._kind = message_with_a_value(self.message_name)
+        self._origin = math.nan, math.nan  # the offset is that of another peak
 
     def start(self) -> None:
-        self._origin, self._offset = (math.nan, math.nan), (0.0, 0.0)
+        self._offset = 0.0, 0.0
         super().start()
 
     @periodic("execution_frequency")

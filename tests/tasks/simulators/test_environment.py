@@ -168,6 +168,16 @@ def test_a_property_of_the_water_has_its_peak():
     assert bell.of(imc.Temperature)[0].value == pytest.approx(14.0 + 6.0 * math.exp(-0.5), abs=1e-3)
 
 
+def test_a_peak_that_is_moved_during_a_run_is_used():
+    moved = imc.EntityParameter(name="Peak Position", value="42.0, -8.7062")
+    order = imc.SetEntityParameters(timestamp=2.5, name="Gaussian", params=(moved,))
+    options = {"standard_deviation": 0.0, "peak_position": [41.185, -8.7062], "section": "Simulators.Gaussian"}
+    run = simulate(Gaussian, [at(0.0), order], seconds=5.0, **options)
+    values = [m.value for m in run.of(imc.Temperature)]
+    assert values[0] == pytest.approx(20.0, abs=1e-3)
+    assert values[-1] == pytest.approx(14.0, abs=1e-3)
+
+
 def test_speed_of_sound_on_the_surface():
     options = {"message_name": "SoundSpeed", "invalid_at_surface": True, "value_at_peak": 1522.0}
     run = simulate(Gaussian, [at(0.5), at(2.5, z=1.0)], seconds=4.5, value_away_from_peak=1500.0, **options)
