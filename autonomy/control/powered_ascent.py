@@ -258,9 +258,9 @@ class AscentMonitor:
             self._since = now
 
     def _fail(self, now: float) -> None:
-        faulty = self.pitch_faulty
+        faulty, stopped = self.pitch_faulty, self._stopped
         self.reset(now)
-        self.failed, self.astern, self.pitch_faulty = True, not self.astern, faulty
+        self._stopped, self.failed, self.astern, self.pitch_faulty = stopped, True, not self.astern, faulty
         self._paused = now if self.astern else now + PAUSE
         self._since = now - self.delay
 

@@ -125,6 +125,18 @@ def test_a_bow_far_down_is_brought_up_astern_at_once_and_only_once():
         assert not any(dives(pitch, rising, depth=depth)[0])
 
 
+def test_a_dive_is_stopped_only_once_also_after_help_that_fails():
+    monitor = AscentMonitor(0.3, 20.0)
+    monitor.reset(0.0)
+    stops = []
+    for tick in range(4 * 260):
+        monitor.update(0.25 * tick, 20.0, False, False, 0.0)
+        monitor.stop_dive(0.25 * tick, math.radians(-45.0), 0.0)
+        stops.append(monitor.stops_dive)
+    assert monitor.failed
+    assert 4 * 7 < sum(stops) <= 4 * 9
+
+
 @pytest.mark.parametrize("measured", [True, False])
 def test_a_dive_stop_ends_after_its_longest_time_although_pitch_and_speed_fall_silent(measured):
     monitor = AscentMonitor(0.3, 20.0)
