@@ -26,9 +26,11 @@ class MeasuredDepth:
     """The depth (m) by a sensor and its time (s), the speed upward (m/s), and the sum of its jumps (m)."""
 
     def __init__(self) -> None:
-        self.depth = self.time = -math.inf
-        self.rising = self.jumped = 0.0
-        self.is_too_deep = False
+        self.depth: float = -math.inf
+        self.time: float = -math.inf
+        self.rising: float = 0.0
+        self.jumped: float = 0.0
+        self.is_too_deep: bool = False
         self._deep = DepthCondition()
 
     @property
