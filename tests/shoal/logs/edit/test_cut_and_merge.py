@@ -2,6 +2,7 @@
 
 import errno
 import gzip
+import os
 import re
 import subprocess
 import sys
@@ -91,6 +92,10 @@ def test_a_cut_that_is_killed_leaves_no_log_and_the_next_one_succeeds(make_log, 
     code += "with create_log(Path(sys.argv[1])) as log: log.write(imc.encode(imc.Voltage())); log.flush(); os._exit(9)"
     assert subprocess.run([sys.executable, "-c", code, str(out)]).returncode == 9
     assert not out.exists()
+    (part,) = tmp_path.glob("*.part")
+    hours_ago = part.stat().st_mtime - 7200.0
+    for path in (*part.iterdir(), part):
+        os.utime(path, (hours_ago, hours_ago))
     assert cut_by(folder, out) == packets_of(folder)
     assert not list(tmp_path.glob("*.part"))
 
