@@ -2,7 +2,6 @@
 
 import asyncio
 import signal
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +50,7 @@ def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, conn
             click.echo(printable(trouble), err=True)
         stopped = asyncio.Event()
         for number in STOPPING:
-            with suppress(NotImplementedError):  # Windows
-                asyncio.get_running_loop().add_signal_handler(number, stopped.set)
+            asyncio.get_running_loop().add_signal_handler(number, stopped.set)
         link = server.login_link()
         click.echo(f"open {link}")
         if opens:

@@ -189,7 +189,7 @@ class PageFeed:
 
     def _kind(self, name: str) -> type[imc.Message] | None:
         messages = self._network.messages
-        return messages[name] if name in messages else None  # noqa: SIM401 - a schema has no `get`
+        return messages[name] if name in messages.types else None
 
     def set_fields(self, viewer: Viewer, paths: Iterable[str]) -> None:
         """Draw some fields: VEHICLE/Message.field or VEHICLE/Message.field:entity."""

@@ -104,6 +104,7 @@ class Browser:
 
 @contextmanager
 def browser(folder: Path) -> Iterator[Browser]:
+    assert CHROMIUM, "Chromium is missing: .ci/browser installs it"
     command = [CHROMIUM, *WORDS, f"--user-data-dir={folder}", "about:blank"]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:

@@ -8,17 +8,13 @@ from typing import Any
 import pytest
 
 from tests.outside import until
-from tests.shoal.console.browser import CHROMIUM, browser
+from tests.shoal.console.browser import browser
 from tests.shoal.console.operator_page import operator_page
 from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
 HOSTILE = ("__proto__", "constructor", "<img src=x>")
-pytestmark = [
-    pytest.mark.heavy,
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
-]
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
