@@ -162,7 +162,7 @@ def test_where_every_call_takes_long_no_sensor_is_blamed(profile, cost, tmp_path
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize("late", [{"delay": 0.4}, {"cost": 0.002}], ids=["late", "slow"])
+@pytest.mark.parametrize("late", [{"delay": 0.4}, {"cost": 0.0016}], ids=["late", "slow"])
 @pytest.mark.parametrize(
     ("profile", "task", "label"),
     [
