@@ -81,6 +81,12 @@ async def fly(system, kind):
     async def mode(name):
         return (await first(telemetry.subscribe_flight_mode(), lambda mode: mode.name == name)).name
 
+    async def mode_after(name, order):
+        """Give an order whose mode may be over when the acknowledgement comes, and wait until this mode was seen."""
+        seen_mode = asyncio.create_task(mode(name))
+        await order
+        return await seen_mode
+
     async def near(north, east, meters):
         def close(p):
             return (
@@ -129,8 +135,7 @@ async def fly(system, kind):
     await mission.pause_mission()
     seen["paused"] = await mode("HOLD")
     seen["held_for"] = await passed(HOLD)
-    await mission.start_mission()
-    seen["continued"] = await mode("MISSION")
+    seen["continued"] = await mode_after("MISSION", mission.start_mission())
     seen["reached"] = await near(60, 0, 12)
     await first(mission.subscribe_mission_progress(), lambda progress: progress.current == progress.total)
     seen["finished"] = await mission.is_mission_finished()
@@ -140,16 +145,13 @@ async def fly(system, kind):
     seen["there"] = await near(20, 20, 12)
     await action.hold()
     seen["held"] = await mode("HOLD")
-    await action.return_to_launch()
-    seen["returning"] = await mode("RETURN_TO_LAUNCH")
+    seen["returning"] = await mode_after("RETURN_TO_LAUNCH", action.return_to_launch())
     seen["home"] = await near(0, 0, 16)
     if kind == "hexacopter":
         await first(telemetry.subscribe_landed_state(), lambda state: state.name == "ON_GROUND")
-        await action.takeoff()
-        seen["taken_off"] = await mode("TAKEOFF")
+        seen["taken_off"] = await mode_after("TAKEOFF", action.takeoff())
         await first(telemetry.subscribe_position(), lambda p: p.relative_altitude_m > 8.0)
-        await action.land()
-        seen["landing"] = await mode("LAND")
+        seen["landing"] = await mode_after("LAND", action.land())
     await mission.clear_mission()
     seen["cleared"] = len((await mission.download_mission()).mission_items)
     listener.cancel()
