@@ -2,17 +2,17 @@
 
 import sqlite3
 from collections import deque
+from pathlib import Path
 
 import imc
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param
 from runtime.snapshot import SnapshotError
-from support.file_errors import describe_os_error
 from support.log_limit import LogLimit
 from support.token_bucket import TokenBucket
 from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import truncate_reply
-from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError
+from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError, describe_database_error
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
@@ -57,9 +57,7 @@ class DB(Task):
         try:
             self._store = self._open()
         except (sqlite3.Error, OSError) as error:
-            trouble = (
-                f"plans are kept in memory only: {describe_os_error(error) if isinstance(error, OSError) else error}"
-            )
+            trouble = f"plans are kept in memory only: {describe_database_error(error, self._path)}"
             self.log.error(trouble)
             self._store = PlanStore(None)
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")
@@ -162,8 +160,9 @@ class DB(Task):
         try:
             stored, new = self._store.set(plan, self._change(request))
         except (sqlite3.Error, StoreFullError) as error:
-            self._refusals.write(self.log.warning, f"database: {error}: {plan.plan_id!r}", self.now)
-            self.publish(answer.replace(type=Type.FAILURE, info=f"database: {error}"))
+            info = f"database: {self._reason(error)}"
+            self._refusals.write(self.log.warning, f"{info}: {plan.plan_id!r}", self.now)
+            self.publish(answer.replace(type=Type.FAILURE, info=info))
         else:
             self.publish(answer.replace(type=Type.SUCCESS, arg=stored.information(), info=_saved(new)))
             self._publish_database_state()
@@ -172,7 +171,7 @@ class DB(Task):
         try:
             self._execute(request)
         except sqlite3.Error as error:
-            self._answer(request, Type.FAILURE, f"database: {error}")
+            self._answer(request, Type.FAILURE, f"database: {self._reason(error)}")
         except StoreFullError as error:
             self._answer(request, Type.FAILURE, str(error))
 
@@ -251,7 +250,7 @@ class DB(Task):
         try:
             state = self._state()
         except sqlite3.Error as error:
-            self.log.warning(f"database: {error}")
+            self.log.warning(f"database: {self._reason(error)}")
         else:
             self.publish(state)
 
@@ -279,14 +278,22 @@ class DB(Task):
     def _reply_to_boot(self, kind: Type, info: str) -> None:
         self.publish(imc.PlanDB(type=kind, op=Op.BOOT, info=info, dst=self.system))
 
+    def _reason(self, error: sqlite3.Error | StoreFullError) -> str:
+        return str(error) if isinstance(error, StoreFullError) else describe_database_error(error, self._path)
+
+    @property
+    def _path(self) -> Path | None:
+        """The file, None in memory."""
+        return None if self._in_memory else self.vehicle.state_folder / self.system_name / "Plan.db"
+
     @property
     def _in_memory(self) -> bool:
         return self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.has_virtual_time)
 
     def _open(self) -> PlanStore:
-        if self._in_memory:
+        path = self._path
+        if path is None:
             return PlanStore(None)
-        path = self.vehicle.state_folder / self.system_name / "Plan.db"
         try:
             return PlanStore(path)
         except sqlite3.DatabaseError as error:
@@ -297,7 +304,7 @@ class DB(Task):
             path.replace(aside)
             store = PlanStore(path)
             kept = store.copy_readable(aside)
-            self.log.error(f"{path.name}: {error}; renamed to {aside.name}, of which {kept} plans could be read")
+            self.log.error(f"{path}: {error}; renamed to {aside.name}, of which {kept} plans could be read")
             return store
 
 

@@ -11,6 +11,7 @@ import imc
 from imc.layout import FOOTER_SIZE, HEADER_SIZE
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from support.atomic_files import make_folder
+from support.file_errors import describe_os_error
 
 MOST_PLANS = 1000
 MOST_BYTES = 32 << 20  # of all plans
@@ -26,6 +27,31 @@ SELECT COUNT(*) FROM Plan WHERE typeof(plan_id) NOT IN ('text', 'blob') OR typeo
     OR typeof(data) != 'blob' OR typeof(change_time) != 'real' OR typeof(change_sid) != 'integer'
     OR typeof(change_sname) != 'text'
 """
+
+
+WAIT = 0.2  # s for another program that writes; the vehicle does nothing else meanwhile
+_REMEDIES = {
+    "SQLITE_BUSY": "end the other program that uses it",
+    "SQLITE_LOCKED": "end the other program that uses it",
+    "SQLITE_FULL": "make room on its disk",
+    "SQLITE_IOERR": "make room on its disk, and check the disk",
+    "SQLITE_READONLY": "let the vehicle's user write the file and its folder",
+    "SQLITE_PERM": "let the vehicle's user write the file and its folder",
+    "SQLITE_CANTOPEN": "let the vehicle's user write the file and its folder",
+    "SQLITE_CORRUPT": "start the vehicle again, which keeps the readable plans",
+    "SQLITE_NOTADB": "start the vehicle again, which keeps the readable plans",
+    "SQLITE_ERROR": "rename it: its tables are not those of a plan database",
+}
+
+
+def describe_database_error(error: sqlite3.Error | OSError, path: Path | None) -> str:
+    """The file, by default memory, what is wrong with it, and the remedy, if there is one."""
+    if isinstance(error, OSError):
+        return describe_os_error(error, path or "")
+    # Extended names, as SQLITE_IOERR_WRITE, begin with that of their kind; errors of the module itself have none.
+    kind = "_".join(getattr(error, "sqlite_errorname", "").split("_")[:2])
+    parts = (str(path or ""), str(error), _REMEDIES.get(kind, "") if path else "")
+    return ": ".join(part for part in parts if part)
 
 
 class StoreFullError(ValueError):
@@ -78,16 +104,17 @@ def serialize_fields(plan: imc.PlanSpecification) -> bytes:
 class PlanStore:
     """Plans by id. `path` None keeps them in memory.
 
-    Raises OSError; sqlite3.Error if the file is no plan database, or damaged.
+    Raises OSError; sqlite3.Error if the file is no plan database, damaged, or cannot be written.
     """
 
     def __init__(self, path: Path | None):
         if path is not None:
             make_folder(path.parent)
-        self._base = sqlite3.connect(path or ":memory:", check_same_thread=False)
-        self._base.executescript(_SCHEMA)
+        self._base = sqlite3.connect(path or ":memory:", check_same_thread=False, timeout=WAIT)
         try:
+            self._base.executescript(f"BEGIN; {_SCHEMA}")
             self._check(path)
+            self._base.commit()
         except sqlite3.Error:
             self._base.close()
             raise
@@ -104,6 +131,7 @@ class PlanStore:
         (unreadable,) = self._base.execute(_UNREADABLE).fetchone()
         if unreadable:
             raise sqlite3.DatabaseError(f"{unreadable} plans have fields of other types")
+        self._base.execute("DELETE FROM Plan WHERE 0")  # an error if it cannot be written
 
     def copy_readable(self, path: Path) -> int:
         """Copy the plans of a damaged file that can be read, into this empty store; returns how many."""

@@ -51,7 +51,8 @@ class Cache(Task):
                 packet = path.read_bytes()
                 message = self.vehicle.bus.decode(packet)
             except (OSError, imc.DecodeError) as error:
-                self.log.warning(f"{path.name} of the cache cannot be read: {error}")
+                reason = describe_os_error(error, path) if isinstance(error, OSError) else f"{path}: {error}"
+                self.log.warning(f"{path.stem} has to be set again, the cache cannot be read: {reason}")
                 continue
             if type(message) in self._kinds and is_setting(message):
                 self._kept[path.stem] = packet
@@ -59,7 +60,7 @@ class Cache(Task):
 
     def stop(self) -> None:
         if self._changed and not self.vehicle.has_virtual_time:
-            write_files(self._folder, self._news())
+            self._report(write_files(self._folder, self._news()))
 
     @consume(others=True)
     def on_cache_control(self, request: imc.CacheControl) -> None:
@@ -123,6 +124,9 @@ class Cache(Task):
 
     def _written(self, error: OSError | None) -> None:
         self._writing = False
+        self._report(error)
+
+    def _report(self, error: OSError | None) -> None:
         if error is not None:
             self.log.error(f"the cache cannot be written: {describe_os_error(error)}")
 

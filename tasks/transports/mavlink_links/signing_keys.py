@@ -7,6 +7,7 @@ from pathlib import Path
 from mavlink import LinkUrl, Signing, SigningTime, parse_link_url, read_key
 from runtime import Task
 from support.atomic_files import write_file
+from support.file_errors import add_path_to_errors, describe_os_error
 from support.log_limit import ReportLimit
 from tasks.transports.imc_links.sockets import network_time_scale
 
@@ -84,7 +85,13 @@ class SigningKeys:
     def _begin(self) -> SigningTime:
         if self._task.vehicle.has_virtual_time:
             return SigningTime(self._now)
-        saved = self._file.read()
+        try:
+            saved = self._file.read()
+        except (OSError, ValueError) as error:
+            saved = 0
+            reason = describe_os_error(error) if isinstance(error, OSError) else error
+            text = "earlier frames could be repeated to this vehicle, unless its clock is right"
+            self._task.log.error(f"the time of the last signature is unknown: {reason}: {text}")
         time = SigningTime(self._now, saved, saved, self._keep)
         if saved >= time.now:  # the clock is behind: the times used since then are unknown
             time = SigningTime(self._now, saved + round(AHEAD * TICKS), saved, self._keep)
@@ -111,10 +118,14 @@ class _TimeFile:
         self._written = self._synced = 0
 
     def read(self) -> int:
-        """0 if there is none that can be read."""
-        with suppress(OSError):
-            return _parsed(self._path.read_bytes()[:DIGITS])
-        return 0
+        """0 if there is no file. Raises OSError, ValueError, which name it."""
+        try:
+            with add_path_to_errors(self._path):
+                return max(0, int(self._path.read_bytes()[:DIGITS]))
+        except FileNotFoundError:
+            return 0
+        except ValueError:
+            raise ValueError(f"{self._path}: holds no time") from None
 
     def is_older_than(self, time: int) -> bool:
         """Whether a time is later than what is on the disk."""

@@ -93,7 +93,8 @@ def test_damaged_files_are_named_and_do_no_harm(tmp_path, content):
     (folder / "OperationalLimits.imc").write_bytes(content)
     depth, log = live(tmp_path)
     assert depth == 50.0
-    told = any("OperationalLimits.imc of the cache cannot be read" in line for line in log)
+    words = "OperationalLimits has to be set again, the cache cannot be read: "
+    told = any(line.startswith(f"{words}{folder}/OperationalLimits.imc: ") for line in log)
     assert told == (content[2:4] != imc.encode(imc.Abort())[2:4])
 
 
@@ -123,6 +124,18 @@ def test_a_full_disk_is_told_with_the_file_that_did_not_fit(tmp_path):
         _, log = live(tmp_path, LIMITS, seconds=1.3)
     path = tmp_path / "lauv" / "Cache" / "OperationalLimits.imc"
     assert f"the cache cannot be written: {path}: {os.strerror(errno.EFBIG)}" in log
+
+
+def test_a_disk_that_is_full_at_the_end_is_reported_and_one_that_cannot_be_read_at_the_start(tmp_path):
+    path = tmp_path / "lauv" / "Cache" / "OperationalLimits.imc"
+    with largest_file(10):
+        _, log = live(tmp_path, LIMITS)
+    assert f"the cache cannot be written: {path}: {os.strerror(errno.EFBIG)}" in log
+    assert not list(path.parent.iterdir())
+    path.mkdir()
+    _, log = live(tmp_path)
+    reason = os.strerror(errno.EISDIR)
+    assert f"OperationalLimits has to be set again, the cache cannot be read: {path}: {reason}" in log
 
 
 def test_a_virtual_run_keeps_nothing_for_the_next():

@@ -1,7 +1,9 @@
 """Signed links on sockets: pymavlink's own station with a key, strangers without one, and what a restart remembers."""
 
 import contextlib
+import errno
 import hashlib
+import os
 import socket
 import subprocess
 import sys
@@ -233,6 +235,21 @@ def test_a_recorded_termination_is_not_obeyed_after_the_process_was_killed(key, 
         saved += [int(path.read_text()) for path in tmp_path.rglob("MAVLink time")]
     assert len(set(saved)) == 1
     assert saved[0] > 0
+
+
+@pytest.mark.parametrize("content", ["rubbish", "", None])
+def test_a_time_that_cannot_be_read_is_named_at_the_start(key, tmp_path, content):
+    path = tmp_path / "lauv-noptilus-1" / "MAVLink time"
+    path.parent.mkdir()
+    if content is None:
+        path.mkdir()
+        reason = os.strerror(errno.EISDIR)
+    else:
+        path.write_text(content)
+        reason = "holds no time"
+    log = sail_for(1.0, 1_790_000_000.0, tmp_path, f"udpout://{HOST}:{free_port()}?key={key}")
+    remedy = "earlier frames could be repeated to this vehicle, unless its clock is right"
+    assert f"the time of the last signature is unknown: {path}: {reason}: {remedy}" in log
 
 
 @pytest.mark.heavy
