@@ -2,7 +2,7 @@
 
 from autonomy.navigation.aerial_height import AerialHeight
 from autonomy.navigation.asv_filter import STREAM_EAST, STREAM_NORTH, ASVFilter
-from autonomy.navigation.attitude_range import AttitudeRange
+from autonomy.navigation.attitude_range import LARGEST_PITCH, LARGEST_ROLL, AttitudeRange
 from autonomy.navigation.barometric_height import BarometricHeight, pressure_altitude
 from autonomy.navigation.cross_checks import AttitudeCheck, DepthCheck
 from autonomy.navigation.depth_filter import DepthFilter
@@ -26,6 +26,7 @@ from autonomy.navigation.gnss_position_correction import (
 from autonomy.navigation.gnss_velocity_check import GnssVelocityCheck, ground_velocity, reported_velocity
 from autonomy.navigation.hard_iron import HardIron, HardIronError, HardIronFit
 from autonomy.navigation.horizontal_filter import EAST, NORTH, HorizontalFilter
+from autonomy.navigation.impossible_values import ImpossibleValues
 from autonomy.navigation.inertial_filter import InertialFilter
 from autonomy.navigation.sample_mean import SampleMean
 from autonomy.navigation.sensor_fault_isolation import SensorChecks
@@ -34,9 +35,9 @@ from autonomy.navigation.state_messages import estimated_state, initial_state, n
 from autonomy.navigation.underwater_estimator import UnderwaterEstimator
 from autonomy.navigation.underwater_settings import UnderwaterSettings
 from autonomy.navigation.validation_gates import (
+    DEEPEST,
     FAULT_HOLD,
     GPS_JUMP,
-    LARGEST_ANGLE,
     LARGEST_RATE,
     FixGate,
     Reason,
@@ -50,11 +51,13 @@ __all__ = [
     "AGREEMENT",
     "CONTRADICTION",
     "CONTRADICTIONS",
+    "DEEPEST",
     "EAST",
     "FAULT_HOLD",
     "GPS_JUMP",
-    "LARGEST_ANGLE",
+    "LARGEST_PITCH",
     "LARGEST_RATE",
+    "LARGEST_ROLL",
     "NORTH",
     "STREAM_EAST",
     "STREAM_NORTH",
@@ -74,6 +77,7 @@ __all__ = [
     "HardIronError",
     "HardIronFit",
     "HorizontalFilter",
+    "ImpossibleValues",
     "InertialFilter",
     "JumpGate",
     "NoiseMonitor",

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 LARGEST_TILT = math.radians(60.0)
+LARGEST_ROLL, LARGEST_PITCH = math.radians(181.0), math.radians(91.0)  # of any vehicle, with their rounding
 LARGEST_HEADING = math.tau + 0.1  # rad; some count from 0 to 2π, others from -π to π
 SEVERAL, WITHIN = 3, 1.0  # so many in so many seconds are no single error
 HOLD = 3.0  # s without any, after which attitudes are trusted again

@@ -46,9 +46,9 @@ class JumpGate:
         return GateDecision.RESET
 
 
-def missing_reason(*, stuck: bool, jumps: bool) -> str:
-    """Why there is no measurement, for people."""
-    return "is stuck" if stuck else "jumps" if jumps else "is missing"
+def missing_reason(*, stuck: bool, jumps: bool, impossible: bool = False) -> str:
+    """Why there is no measurement, for people; an `impossible` one is mostly in degrees."""
+    return "is impossible in radians" if impossible else "is stuck" if stuck else "jumps" if jumps else "is missing"
 
 
 class StuckDetector:

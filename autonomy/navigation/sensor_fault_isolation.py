@@ -164,7 +164,8 @@ class SensorChecks:
         """Why the vehicle must come up; empty if it need not."""
         inputs, settings, began = self._inputs, self._inputs.settings, self._began
         if now - max(self.attitude_time, began) > settings.euler_timeout:
-            return f"attitude {missing_reason(stuck=inputs.attitude_noise.stuck, jumps=self._attitude.rejects)}"
+            stuck, impossible = inputs.attitude_noise.stuck, inputs.attitude_range.rejects(now)
+            return f"attitude {missing_reason(stuck=stuck, jumps=self._attitude.rejects, impossible=impossible)}"
         if -math.inf < inputs.rates.last < self.attitude_time - settings.euler_timeout:
             return "turn rates are missing"
         if now - max(self._depth_time, began) > settings.depth_timeout:

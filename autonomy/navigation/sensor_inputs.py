@@ -3,11 +3,14 @@
 import math
 
 import imc
+from autonomy.navigation.attitude_range import LARGEST_PITCH, LARGEST_ROLL, AttitudeRange
 from autonomy.navigation.fault_detection import GateDecision, JumpGate, StuckDetector
+from autonomy.navigation.impossible_values import ImpossibleValues
 from autonomy.navigation.sample_mean import SampleMean
 from autonomy.navigation.underwater_settings import UnderwaterSettings
 from autonomy.navigation.validation_gates import (
-    LARGEST_ANGLE,
+    DEEPEST,
+    HIGHEST,
     LARGEST_RATE,
     DvlReason,
     FixGate,
@@ -23,7 +26,6 @@ VEL_Z = int(imc.GroundVelocity.Validity.VEL_Z)
 UNKNOWN_ALTITUDE = -1.0
 LIE = 2.0  # m/s between velocity log and motor that no current explains
 STOPPED = 0.5  # m/s backward at most of a vehicle that is held fast
-DEEPEST = 12000.0  # m; no sea is deeper
 ALTITUDE_JUMP, ALTITUDE_SHARE = 2.0, 0.2  # m, and of the altitude: a larger change needs
 ALTITUDE_JUMPS = 5  # samples that agree
 
@@ -32,7 +34,7 @@ class SensorInputs:
     """Rejects invalid measurements and averages the rest: `euler`, `rates`, `depth`, velocities over `ground`, `water`.
 
     Times are in s since 1970, -inf if there was no such measurement; angles in rad, velocities in m/s. `fix` is the
-    last fix that was accepted, `place` the manual one.
+    last fix that was accepted, `place` the manual one. `impossible` counts what no sound sensor gives.
     """
 
     def __init__(self, settings: UnderwaterSettings):
@@ -68,6 +70,8 @@ class SensorInputs:
         self.heave_time: float = -math.inf
         self.contradiction_time: float = -math.inf
         self.velocity_fault = ""  # why velocities are not used, for people
+        self.impossible: ImpossibleValues = ImpossibleValues()
+        self.attitude_range: AttitudeRange = AttitudeRange(LARGEST_ROLL, LARGEST_PITCH)
         self.attitude_noise: StuckDetector = StuckDetector()
         self.altitude_noise: StuckDetector = StuckDetector()
         self.ground_noise: StuckDetector = StuckDetector()
@@ -76,24 +80,24 @@ class SensorInputs:
         self._turns = 0.0
 
     def receive_attitude(self, now: float, phi: float, theta: float, psi: float) -> None:
-        most = LARGEST_ANGLE
-        possible = -most <= phi <= most and -most <= theta <= most and -most <= psi <= most
-        if possible and not self.attitude_noise.update(phi + theta + psi):
+        possible = self.attitude_range.accepts(now, phi, theta, psi)
+        if self.impossible.accepts("attitude", possible) and not self.attitude_noise.update(phi + theta + psi):
             self._turns += wrap(psi - self._turns)
             self.euler.add(now, phi, theta, self._turns)
 
     def receive_rates(self, now: float, p: float, q: float, r: float) -> None:
-        most = LARGEST_RATE
-        if -most <= p <= most and -most <= q <= most and -most <= r <= most:
+        if self.impossible.accepts_within("turn rates", LARGEST_RATE, p, q, r):
             self.rates.add(now, p, q, r)
 
     def receive_depth(self, now: float, depth: float) -> None:
-        if abs(depth) <= DEEPEST:
+        if self.impossible.accepts("depth", HIGHEST <= depth <= DEEPEST):
             self.depth.add(now, depth)
 
     def receive_distance(self, now: float, measured: float) -> None:
         """A distance to the bottom (m)."""
-        if not 0.0 <= measured <= DEEPEST or (self.altitude_noise.update(measured) and measured):
+        if not self.impossible.accepts("distance", 0.0 <= measured <= DEEPEST):
+            return
+        if self.altitude_noise.update(measured) and measured:
             return
         phi, theta, _ = self.euler.value
         if self.settings.altitude_compensation:
@@ -113,7 +117,7 @@ class SensorInputs:
             self.altitude = UNKNOWN_ALTITUDE
 
     def receive_rpm(self, now: float, rpm: int) -> None:
-        if abs(rpm) * self.settings.speed_per_rpm <= self.settings.dvl_largest[0]:
+        if self.impossible.accepts_within("rpm", self.settings.dvl_largest[0], rpm * self.settings.speed_per_rpm):
             self.rpm, self.rpm_time = rpm, now
 
     def receive_velocity(self, now: float, velocity: imc.GroundVelocity | imc.WaterVelocity) -> imc.DvlRejection | None:
@@ -122,7 +126,7 @@ class SensorInputs:
         self.dvl_time = now
         if velocity.validity & VEL_X_AND_Y != VEL_X_AND_Y:
             return None
-        if not all(map(math.isfinite, numbers)):
+        if not self.impossible.accepts("velocity", all(map(math.isfinite, numbers))):
             return None
         heave = velocity.validity & VEL_Z and abs(velocity.z) <= self.settings.dvl_largest[1]
         over_ground = isinstance(velocity, imc.GroundVelocity)

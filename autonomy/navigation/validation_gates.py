@@ -11,7 +11,8 @@ Reason = imc.GpsFixRejection.Reason
 DvlReason = imc.DvlRejection.Reason
 Valid = imc.GpsFix.Validity
 FEWEST = 3  # least number of fixes for a moving average
-LARGEST_ANGLE, LARGEST_RATE = 7.0, 20.0  # rad and rad/s; more is no attitude
+LARGEST_RATE = 20.0  # rad/s
+HIGHEST, DEEPEST = -11.0, 12000.0  # m; a depth sensor in a vacuum shows -10, and no sea is deeper
 GPS_JUMP = 50.0  # m that end a plan
 FAULT_HOLD = 10.0  # s, how long an error is shown at least
 

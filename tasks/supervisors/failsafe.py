@@ -8,7 +8,7 @@ from typing import Any
 import imc
 from autonomy.control import AscentMonitor, DepthCondition, MeasuredDepth, ascent_fins, blind_ascent_fins
 from autonomy.limits import OperatingLimits
-from autonomy.navigation import AttitudeRange
+from autonomy.navigation import LARGEST_PITCH, LARGEST_ROLL, AttitudeRange
 from runtime import ParameterError, State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.vehicle import general_number
@@ -26,7 +26,6 @@ DEEPEST_BENCH = 5.0  # m that a depth sensor may show on a bench, until a contro
 STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
-UPRIGHT, INVERTED = math.radians(91.0), math.radians(181.0)  # no pitch and no roll is larger; one in degrees is
 SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
 
 
@@ -263,7 +262,7 @@ class Failsafe(Task):
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
             ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, self._sensed.jumped_up)
-            if rising is not None and abs(self._estimated_pitch) <= UPRIGHT and not surfaced:
+            if rising is not None and abs(self._estimated_pitch) <= LARGEST_PITCH and not surfaced:
                 ascent.stop_dive(now, self._estimated_pitch, rising)
         else:
             ascent.update_without_depth(now, self._sensed.depth, self.age(self._sensed.time))
@@ -294,7 +293,7 @@ class Failsafe(Task):
             elif not self._reported:
                 self._reported, why = True, "does not rise" if depth > self._surface else "has no fix"
                 self.log.error(f"the vehicle {why} at {depth:.1f} m: ascending with motor and fins")
-            self._felt, self._possible = -math.inf, AttitudeRange(INVERTED, UPRIGHT)
+            self._felt, self._possible = -math.inf, AttitudeRange(LARGEST_ROLL, LARGEST_PITCH)
             for kind in (imc.EulerAngles, imc.AngularVelocity):
                 self._bus.subscribe(Subscription(kind, self._feel, self))
             self.after(0.0, self._ascend)

@@ -218,6 +218,8 @@ class Navigation(Task):
     @periodic(1.0)
     def publish_alignment_and_stream(self) -> None:
         """Publish once a second what changes slowly."""
+        if report := self._inputs.impossible.report(self.now):
+            self.log.warning(report)
         self.publish(imc.AlignmentState(state=imc.AlignmentState.State.NOT_SUPPORTED))
         if self._estimator.stream is not None:
             north, east, down = self._estimator.stream

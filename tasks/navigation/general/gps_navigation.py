@@ -7,19 +7,23 @@ from autonomy.navigation import (
     AGREEMENT,
     CONTRADICTION,
     CONTRADICTIONS,
+    DEEPEST,
     EAST,
     FAULT_HOLD,
     GPS_JUMP,
-    LARGEST_ANGLE,
+    LARGEST_PITCH,
     LARGEST_RATE,
+    LARGEST_ROLL,
     NORTH,
     STREAM_EAST,
     STREAM_NORTH,
     ASVFilter,
     AttitudeCheck,
+    AttitudeRange,
     FixDriftDetector,
     FixGate,
     GateDecision,
+    ImpossibleValues,
     JumpGate,
     Reason,
     SampleMean,
@@ -111,6 +115,8 @@ class GPSNavigation(Task):
         self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
         self._attitude_noise, self._fix_drift = StuckDetector(), FixDriftDetector()
         self._check = AttitudeCheck(max(1, round(PATIENCE * self.execution_frequency)))
+        self._imu_range, self._yaw_range = (AttitudeRange(LARGEST_ROLL, LARGEST_PITCH) for _ in range(2))
+        self._impossible = ImpossibleValues()
         self._held_fault, self._held_until = "", -math.inf
         self._accepted_at = self._oriented = self._reset = -math.inf
         self._turned = self.now
@@ -123,15 +129,19 @@ class GPSNavigation(Task):
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
-        has_attitude = abs(phi) <= LARGEST_ANGLE and abs(theta) <= LARGEST_ANGLE
-        has_heading = abs(psi) <= LARGEST_ANGLE
-        lacks_attitude = math.isnan(phi) and math.isnan(theta)  # as a compass of its own does
-        if not (has_attitude or lacks_attitude) or not (has_heading or math.isnan(psi)):
+        has_attitude = not (math.isnan(phi) and math.isnan(theta))  # a compass of its own has none
+        has_heading = not math.isnan(psi)
+        is_imu, is_yaw = self.is_from(angles, self.imu), self.is_from(angles, self.yaw)
+        if not is_imu and not is_yaw:
             return
-        is_yaw = has_heading and self.is_from(angles, self.yaw)
+        tilt = (phi, theta) if has_attitude else (0.0, 0.0)
+        limits = self._yaw_range if is_yaw else self._imu_range
+        if not self._impossible.accepts("attitude", limits.accepts(self.now, *tilt, psi if has_heading else 0.0)):
+            return
+        is_yaw = is_yaw and has_heading
         if is_yaw and self._attitude_noise.update(phi + theta + psi if has_attitude else psi):
             return
-        if has_attitude and self.is_from(angles, self.imu):
+        if has_attitude and is_imu:
             self._attitude.add(self.now, phi, theta)
         if is_yaw:
             self._turns += wrap(psi - self._turns)
@@ -140,14 +150,13 @@ class GPSNavigation(Task):
     @consume
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
-        possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
-        if possible and self.is_from(rates, self.imu):
+        if self.is_from(rates, self.imu) and self._impossible.accepts_within("turn rates", LARGEST_RATE, p, q, r):
             self._rates.add(self.now, p, q, r)
 
     @consume
     def on_distance(self, distance: imc.Distance) -> None:
-        valid = distance.validity == imc.Distance.Validity.VALID and 0.0 <= distance.value < math.inf
-        if valid and self.is_from(distance, self.altimeter):
+        valid = distance.validity == imc.Distance.Validity.VALID and self.is_from(distance, self.altimeter)
+        if valid and self._impossible.accepts("distance", 0.0 <= distance.value <= DEEPEST):
             self._altitude, self._sounded = distance.value, self.now
 
     @consume
@@ -167,6 +176,8 @@ class GPSNavigation(Task):
     @periodic(1.0)
     def publish_current(self) -> None:
         """Publish the current once a second."""
+        if report := self._impossible.report(self.now):
+            self.log.warning(report)
         if self._reference is not None:
             x = self._filter.x
             self.publish(imc.EstimatedStreamVelocity(x=x[STREAM_NORTH], y=x[STREAM_EAST]))
@@ -314,7 +325,9 @@ class GPSNavigation(Task):
     def _fault(self) -> str:
         """Why the boat must stop; empty if it need not."""
         if self.age(max(self._oriented, self._began)) > self.euler_timeout:
-            return f"attitude {missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)}"
+            impossible = self._imu_range.rejects(self.now) or self._yaw_range.rejects(self.now)
+            stuck, jumps = self._attitude_noise.stuck, self._check.rejects
+            return f"attitude {missing_reason(stuck=stuck, jumps=jumps, impossible=impossible)}"
         if self._rates.last > -math.inf and self.age(self._rates.last) > self.euler_timeout:
             return "turn rates are missing"
         self._check.set_hysteresis(bool(self._check.fault))

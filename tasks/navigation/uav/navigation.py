@@ -13,6 +13,7 @@ from autonomy.navigation import (
     FixGate,
     GateDecision,
     GnssVelocityCheck,
+    ImpossibleValues,
     InertialFilter,
     JumpGate,
     NoiseMonitor,
@@ -90,22 +91,22 @@ class Navigation(Task):
         self._jumps = JumpGate(CONTRADICTIONS, AGREEMENT)
         self._attitude_noise, self._fix_noise = StuckDetector(), StuckDetector()
         self._scatter = NoiseMonitor(FIX_SIGMAS), NoiseMonitor(FIX_SIGMAS)
-        self._check, self._range = AttitudeCheck(ATTITUDES), AttitudeRange()
+        self._check, self._range, self._impossible = AttitudeCheck(ATTITUDES), AttitudeRange(), ImpossibleValues()
         self._doppler = GnssVelocityCheck()
         self._held_fault, self._held_until, self._lost_until = "", -math.inf, -math.inf
         self._resets: list[float] = []
-        self._accepted_at = self._turned_at = -math.inf
+        self._accepted_at = self._turned_at = self._sampled = -math.inf
         self._turned = self._stepped = self.now
-        self._sampled = -math.inf
         self._moved_on = False
         self.set_entity_state(State.BOOT, "waiting for GPS fix")
 
     @consume
     def on_euler_angles(self, angles: imc.EulerAngles) -> None:
         phi, theta, psi = angles.phi, angles.theta, angles.psi
-        if not self.is_from(angles, self.ahrs) or not self._range.accepts(self.now, phi, theta, psi):
+        if not self.is_from(angles, self.ahrs):
             return
-        if self._attitude_noise.update(phi + theta + psi):
+        possible = self._range.accepts(self.now, phi, theta, psi)
+        if not self._impossible.accepts("attitude", possible) or self._attitude_noise.update(phi + theta + psi):
             return
         elapsed = self._time_since_last(angles)
         if self.recent_stall:
@@ -124,17 +125,17 @@ class Navigation(Task):
     @consume
     def on_angular_velocity(self, rates: imc.AngularVelocity) -> None:
         p, q, r = rates.x, rates.y, rates.z
-        possible = abs(p) <= LARGEST_RATE and abs(q) <= LARGEST_RATE and abs(r) <= LARGEST_RATE
-        if possible and self.is_from(rates, self.ahrs):
+        if self.is_from(rates, self.ahrs) and self._impossible.accepts_within("turn rates", LARGEST_RATE, p, q, r):
             self._rates, self._turned_at = (p, q, r), self.now
 
     @consume
     def on_acceleration(self, force: imc.Acceleration) -> None:
         """Average accelerations, from specific forces."""
-        x, y, z = force.x, force.y, force.z
-        possible = abs(x) <= LARGEST_FORCE and abs(y) <= LARGEST_FORCE and abs(z) <= LARGEST_FORCE
-        if possible and self._angles is not None and self.is_from(force, self.ahrs):
-            north, east, down = to_ned(rotation(*self._angles), (x, y, z))
+        if not self.is_from(force, self.ahrs):
+            return
+        forces = force.x, force.y, force.z
+        if self._impossible.accepts_within("acceleration", LARGEST_FORCE, *forces) and self._angles is not None:
+            north, east, down = to_ned(rotation(*self._angles), forces)
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
@@ -322,13 +323,15 @@ class Navigation(Task):
     def _update_entity_state(self) -> None:
         """Set the state of the entity."""
         now = self.now
+        if report := self._impossible.report(now):
+            self.log.warning(report)
         if self._reference is None:
             lacks = "height" if self.age(self._fixed) <= self.gps_timeout and not self._first else "fix"
             missing = f"GPS {lacks}" if len(self._first) < self._needed else "attitude and pressure"
             self.set_entity_state(State.BOOT, f"waiting for {missing}")
         elif self.age(self._oriented) > self.euler_timeout:
-            why = missing_reason(stuck=self._attitude_noise.stuck, jumps=self._check.rejects)
-            why = "is impossible in radians" if self._range.rejects(now) else why
+            stuck, impossible = self._attitude_noise.stuck, self._range.rejects(now)
+            why = missing_reason(stuck=stuck, jumps=self._check.rejects, impossible=impossible)
             self.set_entity_state(State.ERROR, f"attitude {why}")
         elif self.now_without_stalls - self._height.pressed > self.pressure_timeout:
             why = self._height.barometer.missing_reason(jumps=self._height.rejects_pressure)

@@ -1,0 +1,33 @@
+"""Counts of measurements that no sound sensor gives."""
+
+import math
+from collections import Counter
+
+PERIOD = 60.0  # s between two reports
+
+
+class ImpossibleValues:
+    """Rejects measurements that are no number or out of their range, counts them by kind, and reports the counts."""
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self._reported, self._report_time = 0, -math.inf
+
+    def accepts(self, kind: str, possible: bool) -> bool:
+        """Returns `possible`; counts a measurement of this kind that is not."""
+        if not possible:
+            self.counts[kind] += 1
+        return possible
+
+    def accepts_within(self, kind: str, limit: float, *values: float) -> bool:
+        """Whether no value exceeds a limit in its amount, in their unit; counts the measurement if one does."""
+        return self.accepts(kind, all(abs(value) <= limit for value in values))
+
+    def report(self, now: float) -> str:
+        """Numbers rejected since the start, for people, at a time (s); empty if none is new, or one came not long ago."""
+        total = self.counts.total()
+        if total == self._reported or now - self._report_time < PERIOD:
+            return ""
+        self._reported, self._report_time = total, now
+        kinds = ", ".join(f"{count} of {kind}" for kind, count in sorted(self.counts.items()))
+        return f"impossible values are rejected: {kinds}"
