@@ -6,6 +6,7 @@ import glob
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,21 @@ def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
     make_folder(path.parent)
     with replace_file(path, mode) as file:
         file.write(data)
+
+
+def write_output(path: Path, data: bytes) -> None:
+    """Write a file that a user names, like `replace_file`; a device or a pipe gets the data as they are.
+
+    A file that exists keeps its permissions, a link its target. Raises OSError that names the file.
+    """
+    place = path.resolve() if path.is_symlink() else path
+    with add_path_to_errors(path):
+        if place.exists() and not place.is_file():
+            place.write_bytes(data)
+            return
+        mode = stat.S_IMODE(place.stat().st_mode) if place.exists() else None
+        with replace_file(place, mode) as file:
+            file.write(data)
 
 
 @contextmanager

@@ -24,7 +24,7 @@ class ImpossibleValues:
         return self.accepts(kind, all(abs(value) <= limit for value in values))
 
     def report(self, now: float) -> str:
-        """Numbers rejected since the start, for people, at a time (s); empty if none is new, or one came not long ago."""
+        """Numbers rejected since the start, for people, at a time (s); empty if none is new or one came just now."""
         total = self.counts.total()
         if total == self._reported or now - self._report_time < PERIOD:
             return ""

@@ -23,7 +23,7 @@ from shoal.cli.vehicle_selection import (
     vehicles_argument,
 )
 from shoal.network import AsyncRemoteVehicle, NoAnswer, PlanEstimate, PlanOutcome, Refused, VehicleLost, format_percent
-from support.file_errors import add_path_to_errors
+from support.atomic_files import write_output
 from support.terminal_text import printable
 
 ACTIONS = ("list", "put", "get", "delete", "start", "stop", "status")
@@ -224,8 +224,7 @@ def _show_plan(plan: imc.PlanSpecification, output: Path | None, as_json: bool, 
     if output is None:
         say(text.removesuffix("\n"))
     else:
-        with add_path_to_errors(output):
-            output.write_text(text, encoding="utf-8")
+        write_output(output, text.encode())
     report_missing_maneuvers(missing, len(plan.maneuvers))
 
 

@@ -20,8 +20,8 @@ from shoal.cli.options import (
     require_text,
 )
 from shoal.cli.vehicle_subprocesses import resolve_process_option
+from support.atomic_files import write_output
 from support.diagnostics import ProfileError
-from support.file_errors import add_path_to_errors
 from support.terminal_text import quoted
 
 STATE = Path("/var/lib/shoal")
@@ -224,8 +224,7 @@ def service(
     path = Path(output or f"shoal-{name}.service")
     if not force and path.exists() and path.read_bytes() != text.encode():
         raise click.ClickException(f"{path} exists, differs and was not changed; --force replaces it")
-    with add_path_to_errors(path):
-        path.write_text(text, encoding="utf-8")
+    write_output(path, text.encode())
     click.echo(f"wrote {path}\n")
     click.echo("Install it, as root:")
     click.echo(f"  useradd --system --home-dir {STATE} --shell /usr/sbin/nologin {user}    (once)")

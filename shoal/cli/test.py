@@ -45,6 +45,7 @@ from shoal.cli.options import (
 )
 from shoal.cli.progress_bar import ProgressBar
 from shoal.cli.worker_options import check_wall_limit, wall_limit_option, workers_option
+from support.atomic_files import write_output
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
 
@@ -256,4 +257,4 @@ def _write(path: Path, content: bytes) -> None:
     if path == Path("-"):
         click.echo(content, nl=False)
     else:
-        path.write_bytes(content)
+        write_output(path, content)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from runtime.profile import write_sections
-from support.atomic_files import new_file, new_folder, remove_file, replace_file, write_file
+from support.atomic_files import new_file, new_folder, remove_file, replace_file, write_file, write_output
 from tests.outside import largest_file
 
 
@@ -216,3 +216,23 @@ def test_permissions_are_those_asked_for_or_what_the_umask_leaves(tmp_path):
         assert stat.S_IMODE(path.stat().st_mode) == 0o604
     finally:
         os.umask(mask)
+
+
+def test_an_output_goes_through_links_keeps_permissions_and_leaves_devices(tmp_path):
+    target, link, pipe = tmp_path / "target", tmp_path / "link", tmp_path / "pipe"
+    write_file(target, b"old", 0o600)
+    link.symlink_to(target)
+    write_output(link, b"new")
+    assert (link.is_symlink(), target.read_bytes(), stat.S_IMODE(target.stat().st_mode)) == (True, b"new", 0o600)
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor() as pool:
+        read = pool.submit(pipe.read_bytes)
+        write_output(pipe, b"piped")
+        assert read.result(10.0) == b"piped"
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    with pytest.raises(OSError, match=re.escape(str(tmp_path))):
+        write_output(tmp_path, b"")
+    with largest_file(10), pytest.raises(OSError, match=re.escape(str(target))):
+        write_output(link, bytes(100))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "pipe", "target"]
+    assert target.read_bytes() == b"new"

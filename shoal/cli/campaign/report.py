@@ -7,7 +7,7 @@ import click
 from shoal.campaigns import campaign_html, open_results
 from shoal.cli.campaign.campaign_errors import FILE, FOLDER, errors_as_messages
 from shoal.cli.campaign.progress_text import progress_line, uncounted_runs_text
-from support.file_errors import add_path_to_errors
+from support.atomic_files import write_output
 from support.terminal_text import printable
 
 
@@ -20,8 +20,7 @@ def report(folder: Path, out: Path | None) -> None:
         data = open_results(folder)
         place = out or folder / "report.html"
         text = campaign_html(data, place.parent)
-        with add_path_to_errors(place):
-            place.write_text(text, encoding="utf-8")
+        write_output(place, text.encode())
     click.echo(f"{printable(str(place))}: {progress_line(data)}")
     for words in filter(None, (data.progress_text, uncounted_runs_text(data))):
         click.echo(words)

@@ -14,7 +14,7 @@ from shoal.cli.log.log_input import (
     run_selection_options,
 )
 from shoal.logs.inspect import format_size, read_chart_reference, render_comparison, render_report
-from support.file_errors import add_path_to_errors
+from support.atomic_files import write_output
 from support.terminal_text import printable
 
 
@@ -41,8 +41,7 @@ def report(log: Path, other: Path | None, fields: tuple[str, ...], out: Path | N
             text = render_comparison([opened, open_log(other)], fields)
         logs = logs_of_argument(log)
         out = out or _default_page(opened, logs, other)
-        with add_path_to_errors(out):
-            out.write_text(text, encoding="utf-8")
+        write_output(out, text.encode())
     if other is None and (chart := read_chart_reference(logs[0])) is not None and not chart.is_found:
         click.echo(printable(f"detections are not compared with the truth: the chart {chart.describe()}"), err=True)
     click.echo(printable(f"{format_size(len(text.encode()))}: {out}"))

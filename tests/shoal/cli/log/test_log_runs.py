@@ -175,12 +175,16 @@ def full() -> Generator[None]:
 
 
 TLOG = Path(__file__).parents[3] / "data" / "logs" / "ardusub.tlog"
+SURVEY = TLOG.parents[1] / "missions" / "survey.plan"
 FILLING = [
     ("log report LOG -o OUT/page.html", "OUT/page.html"),
     ("log info --run LOG", f"{tempfile.gettempdir()}/shoal-"),
     ("log cut LOG OUT/part", "OUT/part"),
     ("log merge LOG LOG -o OUT/both", tempfile.gettempdir()),
     ("log export LOG OUT/all.csv", "OUT/all.csv"),
+    ("log export LOG OUT/euroc -f euroc", "OUT/euroc"),
+    ("log export LOG OUT/tum -f tum", "OUT/tum"),
+    ("export plan SURVEY OUT/plan.json", "OUT/plan.json"),
     ("log doctor LOG --repair OUT/good", "OUT/good"),
     ("log import DIVE OUT/dive", "OUT/dive"),
     ("resim LOG -t Simulators.GPS -o OUT/again", "OUT/again"),
@@ -194,13 +198,15 @@ FILLING = [
 @pytest.mark.parametrize(("words", "file"), FILLING, ids=[words for words, _ in FILLING])
 def test_a_file_that_cannot_be_written_is_named(words: str, file: str, day: Path, tmp_path: Path) -> None:
     log = next(day.glob("*_box"))
-    places = {"LOG": log, "OUT": tmp_path, "DIVE": TLOG}
+    places = {"LOG": log, "OUT": tmp_path, "DIVE": TLOG, "SURVEY": SURVEY}
     for name, path in places.items():
         words = words.replace(name, str(path))
     done = shoal(*words.split())
     error = done.output.strip().splitlines()[-1]
     assert (done.exit_code, TOO_LARGE in error) == (2, True), done.output
     assert error.startswith(f"Error: {file.replace('OUT', str(tmp_path))}")
+    left = [path for path in tmp_path.rglob("*") if path.is_file() and tmp_path / "other" not in path.parents]
+    assert not left, "half written"
 
 
 @pytest.mark.usefixtures("full")
