@@ -47,6 +47,7 @@ def explain(
         selected = loaded.parse_modes(profiles)
         if section is not None:
             _explain_section(console, loaded, section)
+            _print_place_of_own_files()
             return
         table = plain_table("section", "enabled in", "task", "set in")
         for found in loaded.config.sorted_sections():
@@ -60,6 +61,7 @@ def explain(
             origin = _short(found.origin)
             table.add_row(*map(printable, (found.name, found.value("Enabled"), what, origin)))
         console.print(table)
+        _print_place_of_own_files()
     except ProfileError as error:
         raise click.ClickException(str(error)) from None
 
@@ -118,7 +120,17 @@ def _is_shown(row: OptionRow, parameter: Parameter, section: Section | None) -> 
 
 
 def _short(origin: Origin) -> str:
-    """File and line; a file below the working folder is relative to it, one of Shoal's own begins with etc/."""
-    path = Path(origin.file).absolute()
-    root = next((root for root in (Path.cwd(), own_etc().parent) if path.is_relative_to(root)), None)
+    """File and line; a file below the working folder is relative to it, one of Shoal's own begins with etc/.
+
+    Where the working folder has an etc/ of its own, Shoal's are shown in full.
+    """
+    path, here, own = Path(origin.file).absolute(), Path.cwd(), own_etc().parent
+    roots = [here] if (here / own_etc().name).exists() else [here, own]
+    root = next((root for root in roots if path.is_relative_to(root)), None)
     return str(origin._replace(file=str(path.relative_to(root)))) if root is not None else str(origin)
+
+
+def _print_place_of_own_files() -> None:
+    """Print where the files that are shown as etc/... can be opened."""
+    if not (Path.cwd() / own_etc().name).exists():
+        click.echo(printable(f"{own_etc().name}/ is {own_etc()}"), err=True)

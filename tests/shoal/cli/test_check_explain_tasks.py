@@ -1,6 +1,8 @@
 """`shoal check`, `explain`, `tasks` and `message`."""
 
 import json
+import re
+from pathlib import Path
 
 import pytest
 
@@ -229,7 +231,7 @@ def test_explain_shows_the_names_that_ground_stations_show(shoal, tmp_path, sect
         for entry in ParameterTable(task_parameters(vehicle.tasks))
         if entry.view.section == section
     }
-    lines = shoal("explain", "lauv-noptilus-1", section).output.splitlines()
+    lines = shoal("explain", "lauv-noptilus-1", section).stdout.splitlines()
     place = lines[1].index("MAVLink")
     shown = {line[: line.index("  ")]: line[place:].split("  ")[0] for line in lines[2:] if not line.startswith(" ")}
     assert {option: name for option, name in shown.items() if name} == names
@@ -314,3 +316,16 @@ def test_durations(text, seconds):
 def test_other_texts_are_no_durations(text):
     with pytest.raises(ValueError, match="is not a duration"):
         parse_duration(text)
+
+
+def test_the_files_that_explain_names_can_be_opened(shoal, tmp_path):
+    """Shown as etc/... with the place of that folder, or in full where the working folder has an etc/ of its own."""
+    found = shoal("explain", "lauv-noptilus-1", "General").output
+    (place,) = [line.removeprefix("etc/ is ") for line in found.splitlines() if line.startswith("etc/ is ")]
+    shown = set(re.findall(r"\S+\.ini(?=:\d)", found))
+    assert {"etc/lauv-noptilus-1.ini", "etc/auv/basic.ini"} <= shown
+    assert all((Path(place).parent / name).is_file() for name in shown)
+    (tmp_path / "etc").mkdir()
+    found = shoal("explain", "lauv-noptilus-1", "General").output
+    assert f"{place}/lauv-noptilus-1.ini:" in found
+    assert "etc/ is " not in found
