@@ -31,6 +31,7 @@ KINDS = (
 )
 SHOWN = (imc.VehicleState, imc.EstimatedState, imc.EntityState)
 FIRST, LONGEST = 0.2, 0.75  # s to find vehicles and receive their states
+STEP, LATE = 0.02, 0.1  # s between two looks, and the most that one counts: a busy computer answers late, too
 REFRESH = 0.25  # s
 
 
@@ -75,20 +76,25 @@ def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json:
 
 
 async def _gather(network: Network, duration: float | None) -> None:
-    """Wait a short time until every vehicle that is there has reported what is shown."""
-    began = time.monotonic()
+    """Wait a short time until every vehicle that is there has reported what is shown.
+
+    A program that has received the announcement, and not answered, may be a vehicle on a busy computer: it has `NEAR`.
+    """
+    past, looked = 0.0, time.monotonic()
     longest = (
         LONGEST if network.search.discovery_timeout <= NEAR else network.search.discovery_timeout
     )  # over a radio, packets get lost and come late
     questions, known = StateQueries(network), 0
-    while (past := time.monotonic() - began) < (network.search.discovery_timeout if duration is None else duration):
-        await asyncio.sleep(0.02)
+    while past < (network.search.discovery_timeout if duration is None else duration):
+        await asyncio.sleep(STEP)
+        elapsed, looked = time.monotonic() - looked, time.monotonic()
+        past += elapsed if duration is not None else min(LATE, elapsed)
         there = network.vehicles()
         questions.send_due(there)
         before, known = known, sum(len(system.latest) for system in there)  # integers
         if duration is None:
             network.search.explain(past, there)
-        if duration is not None or not there or past < FIRST:
+        if duration is not None or not there or past < FIRST or (network.search.awaits_answers and past < NEAR):
             continue
         is_complete = all(system.latest_message(kind) is not None for system in there for kind in SHOWN)
         if past > longest or (is_complete and known == before and not any(map(has_unlabeled_errors, there))):

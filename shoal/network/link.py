@@ -118,6 +118,11 @@ class NetworkLink(Protocol):
         """The time (s) to wait for a system that has not appeared."""
         ...
 
+    @property
+    def awaits_answers(self) -> bool:
+        """Whether a program has received our announcement and not answered: it is busy, or announces itself seldom."""
+        ...
+
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         """Start; returns as soon as packets can come, or `trouble` gives the reason."""
         ...

@@ -26,6 +26,11 @@ class SearchReport:
         return max((link.discovery_timeout for link in self._links), default=0.0)
 
     @property
+    def awaits_answers(self) -> bool:
+        """Whether a program has received our announcement and not answered yet."""
+        return any(link.awaits_answers for link in self._links)
+
+    @property
     def link_troubles(self) -> list[str]:
         """Troubles of the networks that the user searches."""
         return self._troubles if self._expects_all else []

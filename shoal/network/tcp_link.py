@@ -55,6 +55,10 @@ class TCPLink:
     def discovery_timeout(self) -> float:
         return FAR if self.is_far else NEAR
 
+    @property
+    def awaits_answers(self) -> bool:
+        return False
+
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear, self._console = ear, console
         tried = [asyncio.Event() for _ in self._lines]

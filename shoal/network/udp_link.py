@@ -82,13 +82,12 @@ class UDPLink:
 
     @property
     def discovery_timeout(self) -> float:
-        if self._somebody_is_silent or (self.is_far and self._has_heard):
+        if self.awaits_answers or (self.is_far and self._has_heard):
             return PERIOD + 1.0
         return FAR if self.is_far else NEAR
 
     @property
-    def _somebody_is_silent(self) -> bool:
-        """Whether a program receives our announcements but has not answered: DUNE announces itself seldom."""
+    def awaits_answers(self) -> bool:
         here = {Endpoint(LOOPBACK, port) for port in self._ports} - {self._own_place}
         asked = here | {place for place in self._places if place.port}
         return len(asked - self._refused) > len(self._everybody())

@@ -80,6 +80,10 @@ class ZenohLink:
     def discovery_timeout(self) -> float:
         return FAR if self.is_far else NEAR
 
+    @property
+    def awaits_answers(self) -> bool:
+        return False
+
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear, self._console = ear, console
         self._loop = asyncio.get_running_loop()

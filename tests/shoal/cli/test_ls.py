@@ -103,3 +103,29 @@ def test_errors_are_those_of_all_entities(tmp_path: Path) -> None:
         found = json.loads(shoal("link", "--for", "1s", "--json").stdout)
     texts = [finding["text"] for finding in found["findings"]]
     assert f"GPS is not well: /dev/no-gps: {NO_FILE}" in texts
+
+
+def test_a_vehicle_on_a_busy_computer_that_answers_after_another_is_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its socket has received the announcement, so it is there; without a program at any port, nobody waits."""
+    ports = discovery_ports()
+    monkeypatch.setenv("SHOAL_DISCOVERY", f"{ports[0]}-{ports[-1]}")
+    prompt, busy = Station(ports), Station(ports[:-1], name="busy", system=OWN + 1)
+    also = [prompt.packet(message) for message in (imc.VehicleState(), imc.EstimatedState(), imc.EntityState())]
+
+    async def answer_late() -> None:
+        while not busy.heard:
+            busy.listen()
+            await asyncio.sleep(0.02)
+        await asyncio.sleep(0.7)
+        busy.announce()
+
+    async def act() -> Result:
+        async with living(prompt, also=also):
+            answer = asyncio.create_task(answer_late())
+            result = await asyncio.to_thread(shoal, "ls", "--connect", "udp", "--json")
+            await answer
+        return result
+
+    with contextlib.closing(busy):
+        found = [system["name"] for system in json.loads(asyncio.run(act()).stdout)]
+    assert found == ["busy", "station"]
