@@ -19,7 +19,6 @@ LONG = (
     "aerial",
     "autopilot",
     "cameras",
-    "campaigns",
     "charts",
     "detection",
     "driver",
@@ -42,7 +41,9 @@ LONG = (
     "water",
     "zenoh",
 )
+REPEATS = ("campaigns",)  # whose flights are those of the tests of campaigns, many times
 HANGS = 1800.0  # s, of a block that does not end; how long the others take is the computer's affair
+MARKS = dict.fromkeys(LONG, pytest.mark.heavy) | dict.fromkeys(REPEATS, pytest.mark.campaign)
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -53,7 +54,7 @@ def blocks(document):
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize(
     "document",
-    [pytest.param(p, marks=pytest.mark.heavy if p.stem in LONG else ()) for p in DOCUMENTS],
+    [pytest.param(p, marks=MARKS.get(p.stem, ())) for p in DOCUMENTS],
     ids=lambda path: path.relative_to(ROOT).as_posix(),
 )
 def test_blocks_run(document, tmp_path, apart):

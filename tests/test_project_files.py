@@ -30,7 +30,7 @@ def test_continuous_integration_runs_what_contributors_run_on_each_python():
     assert sorted(" ".join(matrix["parts"]).split()) == sorted(PARTS)
     assert PROJECT["requires-python"] == f">={matrix['python'][0]}"
     assert matrix["python"] == [f"3.{minor}" for minor in range(11, 15)]
-    for script in ("pythons", "newest"):
+    for script in ("pythons", "newest", "campaigns"):
         assert jobs[script]["steps"][-1]["run"].endswith(f".ci/{script}")
     setup = jobs["pythons"]["steps"][1]["with"]["python-version"]
     assert sorted(setup.split()) == matrix["python"]
@@ -70,7 +70,13 @@ def test_the_parts_of_ci_are_all_of_it_and_each_test_runs_once(ci_run):
     assert sorted(everything) == sorted([install, *(word for _, commands in found for word in commands[1:])])
     assert len(everything) == len(set(everything))
     marks = [words.partition(" -m ")[2] for words in everything if words.startswith("pytest")]
-    assert {marks.pop(0), *marks} == {"", "computing --timeout 1800", "heavy and not alone and not computing", "alone"}
+    assert {marks.pop(0), *marks} == {
+        "",
+        "computing and not campaign --timeout 1800",
+        "heavy and not alone and not computing and not campaign",
+        "alone",
+    }
+    assert "\npytest -n 2 --dist worksteal -p no:cacheprovider -m campaign " in (ROOT / ".ci/campaigns").read_text()
 
 
 @pytest.mark.parametrize("failing", ["*-m heavy and not*", "ruff check*"])

@@ -27,7 +27,7 @@ def idle(name: str, seconds: int) -> imc.PlanSpecification:
     return imc.PlanSpecification(plan_id=name, start_man_id="wait", maneuvers=(step,))
 
 
-@pytest.fixture(scope="module", params=NETWORKS)
+@pytest.fixture(scope="module", params=[*NETWORKS[:-1], pytest.param("both", marks=pytest.mark.campaign)])
 def process(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     with running(tmp_path_factory.mktemp("vehicle"), network=request.param) as found:
         yield found

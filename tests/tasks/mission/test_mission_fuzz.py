@@ -17,7 +17,7 @@ QUIET = {"derandomize": True, "database": None, "deadline": None, "suppress_heal
 
 
 @pytest.mark.heavy
-@settings(max_examples=40, **QUIET)
+@settings(max_examples=15, **QUIET)
 @given(happenings())
 def test_missions_of_an_ideal_vehicle(mission):
     run = happen(mission)
@@ -27,10 +27,24 @@ def test_missions_of_an_ideal_vehicle(mission):
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@settings(max_examples=10, **QUIET)
+@settings(max_examples=4, **QUIET)
 @given(sailings())
 def test_missions_of_a_vehicle_with_dynamics(sailing):
     check_voyage(sailing, sail(sailing))
+
+
+@pytest.mark.campaign
+@settings(max_examples=40, **QUIET)
+@given(sailings())
+def test_many_missions_of_a_vehicle_with_dynamics(sailing):
+    check_voyage(sailing, sail(sailing))
+
+
+@pytest.mark.campaign
+@settings(max_examples=100, **QUIET)
+@given(happenings())
+def test_many_missions_of_an_ideal_vehicle(mission):
+    check(mission, happen(mission))
 
 
 @pytest.mark.heavy

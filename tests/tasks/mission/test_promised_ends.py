@@ -7,6 +7,7 @@ from flying import DEPTH, place, plan_of
 from lean import BLIND
 
 import imc
+from tests.repeats import repeat
 from tests.tasks.mission.underway import START, underway
 
 pytestmark = [pytest.mark.heavy, pytest.mark.computing]
@@ -54,8 +55,8 @@ def scheduled(seconds, far, depth):
     ("profile", "seconds", "far", "north", "east"),
     [
         ("lauv-noptilus-1", 60.0, 60.0, 0.0, 0.0),
-        ("lauv-noptilus-1", 180.0, 60.0, 0.0, 0.0),
-        ("otter", 100.0, 100.0, 0.4, 0.0),
+        repeat(("lauv-noptilus-1", 180.0, 60.0, 0.0, 0.0)),
+        repeat(("otter", 100.0, 100.0, 0.4, 0.0)),
         ("otter", 100.0, 100.0, -0.4, 0.2),
         ("caravel", 150.0, 150.0, 0.3, 0.2),
     ],

@@ -13,11 +13,17 @@ import pytest
 import imc
 from shoal.missions import prepare
 from tests.outside import ALONE, free_port, until
+from tests.repeats import all_but
 from tests.tasks.transports.lossy import Lossy
 from tests.tasks.transports.mavproxy import MAVProxy
 
 PATIENCE = 120.0
 LOSS = 0.05
+AUV, BOAT, MULTIROTOR = (
+    ("lauv-noptilus-1", "submarine", "10x"),
+    ("otter", "boat", "10x"),
+    ("hexa-00", "hexacopter", "8x"),
+)
 FAR_AWAY = {"submarine": (1.2, -3.0), "boat": (1.2, 0.0), "hexacopter": (5.0, 12.0)}
 SETTLING = 15.0  # s in which an AUV reaches its circle, and an aircraft stops and comes back
 
@@ -92,7 +98,7 @@ def afloat(profile, clock, flavor, folder):
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("profile", "kind", "clock"),
-    [("lauv-noptilus-1", "submarine", "10x"), ("otter", "boat", "10x"), ("hexa-00", "hexacopter", "8x")],
+    all_but([AUV], [AUV, BOAT, MULTIROTOR]),
 )
 def test_mavsdk_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_path):
     with afloat(profile, clock, "px4", tmp_path) as (watched, port):
@@ -144,7 +150,7 @@ def waypoints(path, altitude):
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("profile", "kind", "clock"),
-    [("lauv-noptilus-1", "submarine", "10x"), ("otter", "boat", "10x"), ("hexa-00", "hexacopter", "8x")],
+    all_but([MULTIROTOR], [AUV, BOAT, MULTIROTOR]),
 )
 def test_mavproxy_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_path):
     _, altitude = FAR_AWAY[kind]

@@ -1,6 +1,7 @@
 """A computer that stands still: no camera is blamed for states that nobody could publish."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from tasks.vision.cameras.external_camera import ExternalCameraTask
 from tasks.vision.fisheye_camera import FisheyeCamera
 from tasks.vision.mug_detector import MUGDetector
 from tests.outside import ALONE
+from tests.repeats import all_but
 from tests.tasks.mission.stalling_clock import StallingClock
 from tests.tasks.vision.test_true_view import CONTEXT
 
@@ -34,8 +36,10 @@ class Outside(ExternalCameraTask):
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize("with_truth", [True, False], ids=["truth", "estimates"])
-@pytest.mark.parametrize("profile", ["otter", "hexa-00"])
+@pytest.mark.parametrize(
+    ("profile", "with_truth"),
+    all_but([("otter", True), ("hexa-00", False)], product(["otter", "hexa-00"], [True, False])),
+)
 def test_after_a_stall_cameras_and_detectors_wait_for_states_and_blame_nobody(profile, with_truth, tmp_path):
     loaded = load_profile(profile, overrides=[*ALONE, UNLOGGED])
     clock = StallingClock(START, STALLS)
