@@ -13,6 +13,7 @@ import pytest
 
 from shoal.missions import prepare
 from tests.outside import free_port
+from tests.repeats import repeat
 
 PATIENCE = 600.0  # s; of a program that hangs
 CLOCK = 3.0  # times real time
@@ -41,7 +42,8 @@ def afloat(profile, link, folder):
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    ("profile", "kind"), [("lauv-noptilus-1", "submarine"), ("otter", "boat"), ("hexa-00", "hexacopter")]
+    ("profile", "kind"),
+    [repeat(("lauv-noptilus-1", "submarine")), repeat(("otter", "boat")), ("hexa-00", "hexacopter")],
 )
 def test_mavsdk_takes_each_step(profile, kind, tmp_path):
     port = free_port()

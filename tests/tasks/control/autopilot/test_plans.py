@@ -8,6 +8,7 @@ import pytest
 
 import imc
 from support.wgs84 import displacement
+from tests.repeats import repeat
 from tests.tasks.control.autopilot.bodies import PATIENT
 
 ROOT = Path(__file__).parents[4]
@@ -43,7 +44,6 @@ def fly(body, profile, kind, plan, *options, reach=2.5, patience=720.0, **more):
 
 HOP, SQUARE = documented("hop", "autopilot.md"), documented("square", "aerial.md")
 HARBOR, TRIANGLE = documented("harbor", "surface.md"), documented("triangle", "mission.md")
-HEAVY = pytest.mark.heavy
 SLOW = "--of-loss", "20"  # a busy computer sends late
 
 
@@ -52,14 +52,14 @@ SLOW = "--of-loss", "20"  # a busy computer sends late
     ("kind", "plan", "more"),
     [
         ("px4", HOP, (OFFBOARD,)),
-        pytest.param("copter", HOP, (), marks=HEAVY),
-        pytest.param("px4", HOP, (), marks=HEAVY),
-        pytest.param("copter", SQUARE, (), marks=HEAVY),
-        pytest.param("px4", SQUARE, (), marks=HEAVY),
-        pytest.param("px4", SQUARE, (OFFBOARD,), marks=HEAVY),
-        pytest.param("copter", SQUARE, (MEMORY,), marks=HEAVY),
+        repeat(("copter", HOP, ())),
+        repeat(("px4", HOP, ())),
+        ("copter", SQUARE, ()),
+        repeat(("px4", SQUARE, ())),
+        repeat(("px4", SQUARE, (OFFBOARD,))),
+        ("copter", SQUARE, (MEMORY,)),
         # PX4 has no circles in the missions of copters
-        pytest.param("px4", re.sub(r".*radius: 15.*\n", "", SQUARE), (MEMORY,), marks=HEAVY),
+        ("px4", re.sub(r".*radius: 15.*\n", "", SQUARE), (MEMORY,)),
     ],
 )
 def test_a_copter_carries_out_the_plans_of_the_documents(body, kind, plan, more):
@@ -69,29 +69,31 @@ def test_a_copter_carries_out_the_plans_of_the_documents(body, kind, plan, more)
     assert ({"AUTO", "MISSION"} & {*copter.modes} != set()) == (MEMORY in more)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("kind", "more"),
     [
-        pytest.param("boat", (), marks=HEAVY),
-        pytest.param("boat", (MEMORY,), marks=HEAVY),
-        pytest.param("rover", (), marks=HEAVY),
-        pytest.param("rover", (MEMORY,), marks=HEAVY),
-        pytest.param("px4-rover", (), marks=HEAVY),
-        pytest.param("px4-rover", (OFFBOARD,), marks=HEAVY),
-        pytest.param("px4-rover", (MEMORY,), marks=HEAVY),
-        pytest.param("px4-boat", (), marks=HEAVY),
+        ("boat", ()),
+        repeat(("boat", (MEMORY,))),
+        repeat(("rover", ())),
+        ("rover", (MEMORY,)),
+        repeat(("px4-rover", ())),
+        ("px4-rover", (OFFBOARD,)),
+        ("px4-rover", (MEMORY,)),
+        repeat(("px4-boat", ())),
     ],
 )
 def test_rovers_and_boats_carry_out_the_plan_of_the_boats(body, kind, more):
     fly(body, "autopilot-rover", kind, HARBOR, *SLOW, reach=4.5, overrides=[*PATIENT, *more])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("kind", "more"),
     [
-        pytest.param("submarine", (), marks=HEAVY),
-        pytest.param("submarine", (MEMORY,), marks=HEAVY),
-        pytest.param("px4-submarine", (), marks=HEAVY),
+        repeat(("submarine", ())),
+        ("submarine", (MEMORY,)),
+        ("px4-submarine", ()),
     ],
 )
 def test_a_submarine_carries_out_the_triangle(body, kind, more):
@@ -100,8 +102,10 @@ def test_a_submarine_carries_out_the_triangle(body, kind, more):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("more", [(), (MEMORY,)], ids=["commands", "memory"])
-@pytest.mark.parametrize("kind", ["plane", "px4-plane"])
+@pytest.mark.parametrize(
+    ("kind", "more"),
+    [("plane", (MEMORY,)), ("px4-plane", ()), repeat(("plane", ())), repeat(("px4-plane", (MEMORY,)))],
+)
 def test_a_plane_carries_out_the_square_and_lands_against_the_wind(body, kind, more):
     plan = SQUARE.replace("speed: 5 m/s", "speed: 15 m/s").replace("40", "400")
     plane = fly(
