@@ -183,9 +183,16 @@ class Judge:
 
     @property
     def grace(self) -> float:
-        """Time (s) that it may still take, because its plan continued after the fault."""
-        over = not self._executing and self._truth is not None
-        return self._ended + HOME - self._truth.timestamp if over and self._truth is not None else 0.0
+        """Time (s) that it may still take, because its plan continued after the fault, or does so at a wrong depth."""
+        if self._truth is None or (self._executing and self._knows):
+            return 0.0
+        return HOME if self._executing else self._ended + HOME - self._truth.timestamp
+
+    @property
+    def _knows(self) -> bool:
+        """Whether the vehicle knows its depth."""
+        truth, estimate = self._truth, self._estimate
+        return truth is not None and estimate is not None and abs(truth.z - estimate.z) < NEAR
 
     @property
     def _rises(self) -> bool:
@@ -194,11 +201,10 @@ class Judge:
 
     def finish(self) -> None:
         """Look where the vehicle is in the end."""
-        truth, estimate = self._truth, self._estimate
+        truth = self._truth
         if truth is None:
             return
-        knows = estimate is not None and abs(truth.z - estimate.z) < NEAR
-        if self._executing and knows:
+        if self._executing and self._knows:
             self._flight.outcome = "on its plan"
         elif self._flight.mission.profile == AUV and truth.z > SURFACE and not self._rises:
             self._violate(f"still {truth.z:.0f} m deep")
@@ -255,8 +261,9 @@ def fly_mission(flight: Flight, inject: "Callable[[object], None]") -> None:
         vehicle.kernel.after(READY, send, vehicle, start)
         try:
             vehicle.run(READY + max(at for at, _, _ in mission.faults) + HOME)
-            if judge.grace > 0.0:
-                vehicle.run(judge.grace)
+            for _ in range(2):
+                if judge.grace > 0.0:
+                    vehicle.run(judge.grace)
         except Exception as error:
             flight.violations.append(f"the run ended: {error!r}")
         finally:
