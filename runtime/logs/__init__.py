@@ -13,7 +13,15 @@ from runtime.logs.log_folder_creation import create_log
 from runtime.logs.logged_clock_jumps import without_outliers
 from runtime.logs.packet_block_reader import Array, PacketBlock, packet_blocks, packet_headers
 from runtime.logs.summary import LogSummary, PacketCount, summarize
-from runtime.logs.system_names import KEPT, NAMING, SystemNames, UnknownNameError, find_message_ids, type_name
+from runtime.logs.system_names import (
+    KEPT,
+    NAMING,
+    SystemNames,
+    UnknownNameError,
+    find_message_ids,
+    label_text,
+    type_name,
+)
 
 __all__ = [
     "KEPT",
@@ -29,6 +37,7 @@ __all__ = [
     "create_log",
     "encode_log_run_position",
     "find_message_ids",
+    "label_text",
     "logs_of_run",
     "missing_logs",
     "packet_blocks",

@@ -17,6 +17,13 @@ KEPT = NAMING | {imc.LoggingControl.ID}
 NEAR = 0.65  # of difflib: less gives suggestions that are far off
 
 
+def label_text(label: str | None, number: int) -> str:
+    """The label of an entity as it is shown; "entity 12" if it is unknown."""
+    if label is None and number == UNKNOWN_ENTITY:
+        return "unknown entity"
+    return displayable_name(label or "") or f"entity {number}"
+
+
 class UnknownNameError(ValueError):
     """A name that the log or its schema does not have; the text suggests similar ones."""
 
@@ -59,10 +66,7 @@ class SystemNames:
 
     def entity_label(self, system: int, number: int) -> str:
         """The label of an entity; "entity 12" if the log has none."""
-        label = self.labels.get((system, number))
-        if label is None:
-            return "unknown entity" if number == UNKNOWN_ENTITY else f"entity {number}"
-        return displayable_name(label) or f"entity {number}"
+        return label_text(self.labels.get((system, number)), number)
 
     def find_system_ids(self, wanted: Iterable[str], present: Iterable[int]) -> set[int]:
         """Ids of systems given by name or number. Raises UnknownNameError."""

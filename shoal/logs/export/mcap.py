@@ -1,21 +1,17 @@
 """Logs as MCAP files that Foxglove, PlotJuggler and ROS 2 tools open (profile ros2, types as text, messages in CDR)."""
 
-import struct
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 import imc
-from imc.layout import ADDRESS_FIELDS
 from imc.lsf import ReportProgress, gzip_schema
 from runtime.logs import Array
 from shoal.logs.export import foxglove_annotations, ros_standard_conversion
 from shoal.logs.export.camera_calibration import UNLIKE, load_camera_models, photos_of_other_lenses, read_photo_cameras
-from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, CdrWriter, Item, cdr_string, make_cdr_writer
+from shoal.logs.export.cdr import ENCAPSULATION, CdrError, CdrRecords, Item
 from shoal.logs.export.logged_detections import MUG, DetectionCollector, DetectionPoint, SystemDetections
-from shoal.logs.export.mcap_topic_channels import TopicChannels, ros_name
 from shoal.logs.export.mcap_writer import MESSAGE, MESSAGE_LENGTH, McapChunk, McapWriter
 from shoal.logs.export.message_batches import ExportBatch, LogSource, MessageBatch, nanoseconds
 from shoal.logs.export.photo_files import find_photos, photo_export_bytes
@@ -26,8 +22,10 @@ from shoal.logs.export.ros_camera_info import (
     missing_info_reason,
     stereo_baseline,
 )
+from shoal.logs.export.ros_message_encoder import ADDRESSES, RosMessageEncoder
 from shoal.logs.export.ros_standard_conversion import STAMP
-from shoal.logs.export.ros_types import PACKAGE, RosType, ros_type
+from shoal.logs.export.ros_types import PACKAGE, RosType
+from shoal.logs.export.topic_channels import TopicChannels, ros_name
 
 LIBRARY = "shoal"
 PACKETS = RosType(f"{PACKAGE}/Packets", "# IMC packets, one behind the other, as in an LSF log\nuint8[] data\n")
@@ -37,7 +35,6 @@ LARGEST_BESIDE = 1 << 24
 BALL = 0.4  # m, of a detection in the scene
 LIFETIME = 5_000_000_000  # ns, for which a detection is shown
 
-_ADDRESSES = {name: code for name, code in ADDRESS_FIELDS.items() if name != "timestamp"}
 _BILLION = 1_000_000_000
 
 
@@ -47,10 +44,10 @@ def export_mcap(
     """Write the selected messages of a log to a new MCAP file; returns the number of messages in it.
 
     Each message is on the topic /<system>/<Message>/<entity>, with the time of its packet as log time, its number in
-    the export as sequence. EstimatedState and SimulatedState are also .../pose, .../location and on /tf, GpsFix is also
-    .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on /<system>/<camera>/image, and
-    with its cameras.yaml also on .../camera_info, the places of the cameras on /tf, what was detected in them on
-    .../annotations. EstimatedMugState is also .../scene.
+    the export as sequence. EstimatedState and SimulatedState are also .../pose, .../odometry, .../location and on /tf,
+    GpsFix is also .../location, LogBookEntry is also on /rosout, pictures in the folder Photos are on
+    /<system>/<camera>/image, and with its cameras.yaml also on .../camera_info, the places of the cameras on /tf, what
+    was detected in them on .../annotations. EstimatedMugState is also .../scene.
     With `raw`, /imc/packets has the packets, from which `import_mcap` restores the same log.
     Messages that their ROS type cannot hold count as skipped. Raises OSError.
     """
@@ -86,8 +83,8 @@ class _Export:
         self._file = file
         self._source = source
         self._topics = TopicChannels(file)
-        self._types: dict[int, tuple[RosType, CdrWriter]] = {}
-        self._heads: dict[int, tuple[Callable[..., bytes], bytes]] = {}
+        self._encoder = RosMessageEncoder(source.schema)
+        self._frame = cache(lambda src: ros_name(source.names.system_name(src)))
         self._known: dict[tuple[int, int, int, str], int] = {}
         self._origin: ros_standard_conversion.MapOrigin | None = None
         self._moving: dict[int, int] = {}
@@ -187,13 +184,6 @@ class _Export:
             where = {"latitude_rad": repr(lat), "longitude_rad": repr(lon), "height_m": repr(height)}
             self._file.add_metadata("map", {"axes": "east, north, up", **where})
 
-    def _type(self, message: imc.MessageType) -> tuple[RosType, CdrWriter]:
-        found = self._types.get(message.id)
-        if found is None:
-            type_ = ros_type(self._source.schema, message)
-            found = self._types[message.id] = (type_, make_cdr_writer(type_))
-        return found
-
     def _channel(
         self, message: imc.MessageType, src: int, entity: int, suffix: str = "", other: RosType | None = None
     ) -> int:
@@ -206,7 +196,7 @@ class _Export:
         parts = (system, message.abbrev, label, *([suffix] if suffix else []))
         channel = self._known[key] = self._topics.channel(
             parts,
-            other or self._type(message)[0],
+            other or self._encoder.type_of(message),
             system=system,
             entity=label,
             message=message.abbrev,
@@ -228,13 +218,13 @@ class _Export:
         self, chunk: McapChunk, message: imc.MessageType, array: Array, src: int, times: Array, numbers: Array
     ) -> None:
         frame = ros_name(self._source.names.system_name(src)).encode()
-        type_, _ = self._type(message)
+        type_ = self._encoder.type_of(message)
         self._pieces.add_rows(message.abbrev, src, array)
         record = self._records.get((message.id, frame))
         if record is None:
             record = self._records[message.id, frame] = _record(type_, frame)
         records = record.zeros(len(array))
-        for name in _ADDRESSES:
+        for name in ADDRESSES:
             records["header " + name] = array[name]
         for member in type_.fields:
             records["." + member.name] = array[member.attribute]
@@ -273,6 +263,12 @@ class _Export:
         ros_standard_conversion.fill_pose(records, array, self._origin)
         channels = self._channels(message, src, entities, "pose", ros_standard_conversion.POSE)
         _emit(chunk, record, records, channels, times, numbers)
+        if set(array.dtype.names or ()) >= ros_standard_conversion.MOTION:
+            record = self._prefix(ros_standard_conversion.odometry_layout(frame))
+            motions = record.zeros(len(array))
+            ros_standard_conversion.fill_odometry(motions, records, array)
+            channels = self._channels(message, src, entities, "odometry", ros_standard_conversion.ODOMETRY)
+            _emit(chunk, record, motions, channels, times, numbers)
         if message.abbrev != "EstimatedState":
             return
         # One transform per vehicle: two entities that estimate its state would make its frame jump between them.
@@ -280,37 +276,27 @@ class _Export:
         record = self._prefix(ros_standard_conversion.transform_layout(frame))
         transforms = record.zeros(int(own.sum()))
         transforms["count"] = 1
-        for name in ("x", "y", "z", "qx", "qy", "qz", "qw"):
+        for name in ros_standard_conversion.PLACE:
             transforms[name] = records[name][own]
         channel = self._topics.channel(("tf",), ros_standard_conversion.TRANSFORM)
         _emit(chunk, record, transforms, np.full(len(transforms), channel), times[own], numbers[own])
 
     def _write_each(self, chunk: McapChunk, batch: ExportBatch, group: MessageBatch, times: Array) -> None:
         message, entries = group.message, group.message.abbrev == "LogBookEntry"
-        write = self._type(message)[1]
         seconds, rests = (part.tolist() for part in np.divmod(times[group.rows], _BILLION))
         numbers = (group.rows + batch.first & 0xFFFFFFFF).tolist()
         for place, said in self._source.decode(batch, group.rows):
             src = said.src
-            pack, frame = self._heads.get(src) or self._head(src)
-            body = bytearray(pack(seconds[place], rests[place], frame, src, said.src_ent, said.dst, said.dst_ent))
             try:
-                write(said, body)
+                data = self._encoder.encode(said, message, seconds[place], rests[place], self._frame(src))
             except CdrError as error:
                 self._source.skipped[str(error)] += 1
                 continue
             time, number = seconds[place] * _BILLION + rests[place], numbers[place]
             channel = self._known.get((message.id, src, said.src_ent, "")) or self._channel(message, src, said.src_ent)
-            chunk.add(channel, number, time, ENCAPSULATION + body)
+            chunk.add(channel, number, time, data)
             if entries:
                 self._write_entry(chunk, said, time, number)
-
-    def _head(self, src: int) -> tuple[Callable[..., bytes], bytes]:
-        """Packs header and addresses of messages from a system: the function, and the frame to give it."""
-        frame = cdr_string(ros_name(self._source.names.system_name(src)).encode())
-        layout = struct.Struct(f"<II{len(frame)}s{len(frame) % 2}xHBxHB")
-        self._heads[src] = layout.pack, frame
-        return self._heads[src]
 
     def _write_entry(self, chunk: McapChunk, entry: imc.Message, time: int, number: int) -> None:
         names = self._source.names
@@ -325,7 +311,7 @@ def _plain_record(items: tuple[Item, ...]) -> CdrRecords:
 
 def _record(type_: RosType, frame: bytes) -> CdrRecords:
     # No field of a message begins with a point, so the names cannot collide with those of the record.
-    addresses = [("header " + name, code) for name, code in _ADDRESSES.items()]
+    addresses = [("header " + name, code) for name, code in ADDRESSES.items()]
     return CdrRecords(
         MESSAGE, (*STAMP, frame, *addresses, *(("." + member.name, member.code) for member in type_.fields))
     )

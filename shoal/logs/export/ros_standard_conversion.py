@@ -1,4 +1,4 @@
-"""Topics of standard types, which viewers show without setup: position, pose, transform, log book, pictures.
+"""Topics of standard types, which viewers show without setup: position, pose, motion, transform, log book, pictures.
 
 Poses follow REP 103: the frame `map` is east, north, up, at the first reference position of the log, on the ellipsoid's
 tangent plane there; a vehicle's own frame is forward, left, up and has the vehicle's name.
@@ -19,12 +19,17 @@ from support.wgs84_arrays import displacement
 MAP = b"map"
 STAMP: tuple[Item, ...] = (("sec", "i"), ("nanosec", "I"))
 STATE = frozenset({"lat", "lon", "height", "x", "y", "z", "phi", "theta", "psi"})
+MOTION = STATE | frozenset({"u", "v", "w", "p", "q", "r"})
+PLACE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 FIX = frozenset({"validity", "type", "lat", "lon", "height", "hacc", "vacc"})
 _GEOMETRY = {
     "Point": "float64 x\nfloat64 y\nfloat64 z\n",
     "Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
     "Quaternion": "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
     "Pose": "Point position\nQuaternion orientation\n",
+    "PoseWithCovariance": "Pose pose\nfloat64[36] covariance\n",
+    "Twist": "Vector3 linear\nVector3 angular\n",
+    "TwistWithCovariance": "Twist twist\nfloat64[36] covariance\n",
     "Transform": "Vector3 translation\nQuaternion rotation\n",
     "TransformStamped": "std_msgs/Header header\nstring child_frame_id\nTransform transform\n",
 }
@@ -56,6 +61,16 @@ TRANSFORM = RosType(
     "tf2_msgs/TFMessage",
     "geometry_msgs/TransformStamped[] transforms\n",
     dependencies={**STANDARD, **geometry_definitions("TransformStamped", "Transform", "Vector3", "Quaternion")},
+)
+ODOMETRY = RosType(
+    "nav_msgs/Odometry",
+    "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
+    "geometry_msgs/TwistWithCovariance twist\n",
+    dependencies={
+        **STANDARD,
+        **geometry_definitions("PoseWithCovariance", "Pose", "Point", "Quaternion"),
+        **geometry_definitions("TwistWithCovariance", "Twist", "Vector3"),
+    },
 )
 LOG = RosType(
     "rcl_interfaces/Log",
@@ -93,12 +108,25 @@ def location_layout(frame: bytes) -> tuple[Item, ...]:
 
 def pose_layout() -> tuple[Item, ...]:
     """The layout of POSE."""
-    return (*STAMP, MAP, *((name, "d") for name in ("x", "y", "z", "qx", "qy", "qz", "qw")))
+    return (*STAMP, MAP, *((name, "d") for name in PLACE))
+
+
+def odometry_layout(frame: bytes) -> tuple[Item, ...]:
+    """The layout of ODOMETRY."""
+    return (
+        *STAMP,
+        MAP,
+        frame,
+        *((name, "d") for name in PLACE),
+        ("pose_covariance", "d", 36),
+        *((name, "d") for name in ("u", "v", "w", "p", "q", "r")),
+        ("twist_covariance", "d", 36),
+    )
 
 
 def transform_layout(frame: bytes) -> tuple[Item, ...]:
     """The layout of TRANSFORM with one transform."""
-    return (("count", "I"), *STAMP, MAP, frame, *((name, "d") for name in ("x", "y", "z", "qx", "qy", "qz", "qw")))
+    return (("count", "I"), *STAMP, MAP, frame, *((name, "d") for name in PLACE))
 
 
 def fill_state_location(records: Array, states: Array) -> None:
@@ -152,6 +180,16 @@ def fill_pose(records: Array, states: Array, origin: MapOrigin) -> None:
     phi, theta, psi = (states[name].astype(float) for name in ("phi", "theta", "psi"))
     attitude = quaternion_columns(phi, -theta, math.pi / 2.0 - psi)
     records["qw"], records["qx"], records["qy"], records["qz"] = attitude
+
+
+def fill_odometry(records: Array, poses: Array, states: Array) -> None:
+    """Velocities (m/s) and rates (rad/s) of states in the frame of the vehicle, with the `poses` of `fill_pose`."""
+    for name in PLACE:
+        records[name] = poses[name]
+    for name in ("u", "p"):
+        records[name] = states[name]
+    for name in ("v", "w", "q", "r"):
+        records[name] = -states[name].astype(float)
 
 
 def quaternion_columns(phi: Array, theta: Array, psi: Array) -> tuple[Array, Array, Array, Array]:

@@ -1,8 +1,8 @@
-"""Names of ROS topics and frames, and the channels of the topics in an MCAP file."""
+"""Names of ROS topics and frames, and the channels of the topics in an MCAP file or of a live connection."""
 
 import re
+from typing import Protocol
 
-from shoal.logs.export.mcap_writer import McapWriter
 from shoal.logs.export.ros_types import RosType
 
 
@@ -12,11 +12,23 @@ def ros_name(text: str) -> str:
     return "_" * name[0].isdigit() + name
 
 
-class TopicChannels:
-    """Types and channels, written to the file when they are first needed."""
+class ChannelSink(Protocol):
+    """Takes the types and channels when they are first needed; each gets a number."""
 
-    def __init__(self, file: McapWriter):
-        self._file = file
+    def add_schema(self, name: str, definition: str) -> int:
+        """A ROS 2 message type."""
+        ...
+
+    def add_channel(self, topic: str, schema: int, metadata: dict[str, str]) -> int:
+        """A topic with messages of a type."""
+        ...
+
+
+class TopicChannels:
+    """Types and channels, given to the sink when they are first needed."""
+
+    def __init__(self, sink: ChannelSink):
+        self._sink = sink
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, int], int] = {}
         self._owners: dict[str, tuple[str, ...]] = {}
@@ -28,11 +40,11 @@ class TopicChannels:
         """
         schema = self._schemas.get(type_.full_name)
         if schema is None:
-            schema = self._schemas[type_.full_name] = self._file.add_schema(type_.full_name, type_.definition)
+            schema = self._schemas[type_.full_name] = self._sink.add_schema(type_.full_name, type_.definition)
         topic = self._topic(parts)
         channel = self._channels.get((topic, schema))
         if channel is None:
-            channel = self._channels[topic, schema] = self._file.add_channel(topic, schema, metadata)
+            channel = self._channels[topic, schema] = self._sink.add_channel(topic, schema, metadata)
         return channel
 
     def _topic(self, parts: tuple[str, ...]) -> str:
