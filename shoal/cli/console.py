@@ -28,9 +28,29 @@ STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
     help="Map tiles: a folder with .mbtiles and .pmtiles files.",
 )
 @click.option("--open", "opens", is_flag=True, help="Open the page in the browser of this computer.")
+@click.option(
+    "--foxglove",
+    type=click.Choice(("watch", "operate")),
+    help="Print the address for Foxglove and Lichtblick: to watch only, or also to send orders and set parameters.",
+)
+@click.option(
+    "--foxglove-origin",
+    "origins",
+    multiple=True,
+    metavar="URL",
+    help="A web page that may connect as Foxglove does, such as https://app.foxglove.dev; may be given again.",
+)
 @messages_option
 @network_options
-def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, connection: dict[str, Any]) -> None:
+def console(
+    port: int,
+    tiles: Path | None,
+    opens: bool,
+    foxglove: str | None,
+    origins: tuple[str, ...],
+    schema: imc.Schema,
+    connection: dict[str, Any],
+) -> None:
     """Show all vehicles on the network in the browser: map, states, log book, plots, plans, parameters, Abort.
 
     Prints a link that logs in once. The page is served to this computer only. Ctrl-C ends.
@@ -42,7 +62,7 @@ def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, conn
 
     async def act(network: Network) -> None:
         try:
-            server = ConsoleServer(network, port, maps)
+            server = ConsoleServer(network, port, maps, foxglove_origins=origins)
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
@@ -53,6 +73,8 @@ def console(port: int, tiles: Path | None, opens: bool, schema: imc.Schema, conn
             asyncio.get_running_loop().add_signal_handler(number, stopped.set)
         link = server.login_link()
         click.echo(f"open {link}")
+        if foxglove is not None:
+            click.echo(f"Foxglove: open connection {server.foxglove_link(operate=foxglove == 'operate')}")
         if opens:
             click.launch(link)
         await server.serve(stopped)

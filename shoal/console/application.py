@@ -16,6 +16,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import imc
 from shoal.console.access import Access, LoginError
+from shoal.console.foxglove import FoxgloveRoutes, ViewerAccess
 from shoal.console.page_feed import PageFeed, Viewer, encode
 from shoal.console.plan_path import plan_path
 from shoal.console.request_guard import RequestGuard
@@ -36,7 +37,8 @@ Answer = Callable[[Request], Awaitable[Response]]
 class ConsoleApplication:
     """An ASGI application over a network whose event loop runs it.
 
-    `hosts` are the names, with port, under which a browser reaches it; `libraries` the files of Leaflet and uPlot.
+    `hosts` are the names, with port, under which a browser reaches it; `libraries` the files of Leaflet and uPlot;
+    `viewer_access` says which Foxglove may connect.
     """
 
     def __init__(
@@ -48,12 +50,19 @@ class ConsoleApplication:
         libraries: Mapping[str, bytes],
         hosts: Collection[str],
         port: int,
+        viewer_access: ViewerAccess | None = None,
     ) -> None:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
         self._cookie = COOKIE.format(port=port)
         self._files = {name: data for name, data in libraries.items()}
         self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
         self._viewers = 0
+        foxglove = FoxgloveRoutes(
+            network,
+            self._vehicle,
+            lambda connection: access.is_logged_in(connection.cookies.get(self._cookie)),
+            viewer_access or ViewerAccess(),
+        )
         logged_in = self._logged_in
         routes = [
             Route("/", self._page),
@@ -67,8 +76,9 @@ class ConsoleApplication:
             Route("/api/tiles", logged_in(self._tile_sets)),
             Route("/tiles/{name}/{zoom:int}/{column:int}/{row:int}", logged_in(self._tile)),
             WebSocketRoute("/frames", self._frames),
+            *foxglove.routes,
         ]
-        self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts)
+        self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts, foxglove.own_origins)
 
     def _logged_in(self, answer: Answer) -> Answer:
         async def checked(request: Request) -> Response:

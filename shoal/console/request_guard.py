@@ -24,11 +24,12 @@ class RequestGuard:
     """An ASGI application around another one.
 
     A request names one of `hosts` (name and port), which a name of another site that leads here does not; what changes
-    something, and a WebSocket, come from a page of this host. Otherwise 403.
+    something, and a WebSocket, come from a page of this host. Otherwise 403. The routes of the paths in `own_origins`
+    check the origins of their WebSockets themselves.
     """
 
-    def __init__(self, app: ASGIApp, hosts: Collection[str]) -> None:
-        self._app, self._hosts = app, frozenset(hosts)
+    def __init__(self, app: ASGIApp, hosts: Collection[str], own_origins: Collection[str] = ()) -> None:
+        self._app, self._hosts, self._own_origins = app, frozenset(hosts), frozenset(own_origins)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
@@ -48,6 +49,8 @@ class RequestGuard:
         if host not in self._hosts:
             return f"this console is not {host or 'without a name'}: use the address that it has printed"
         if scope["type"] == "http" and scope["method"] in SAFE:
+            return ""
+        if scope["type"] == "websocket" and scope["path"] in self._own_origins:
             return ""
         if origin not in (f"http://{host}", f"https://{host}"):
             return "this request does not come from the page of the console"

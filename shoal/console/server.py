@@ -2,7 +2,7 @@
 
 import asyncio
 import socket
-from collections.abc import Generator
+from collections.abc import Collection, Generator
 from contextlib import contextmanager
 
 import uvicorn
@@ -10,6 +10,7 @@ import uvicorn
 from shoal.console.access import Access
 from shoal.console.application import ConsoleApplication
 from shoal.console.browser_libraries import read_browser_files
+from shoal.console.foxglove import ViewerAccess
 from shoal.console.page_feed import PageFeed
 from shoal.console.tiles import TileSets
 from shoal.network import Network
@@ -23,20 +24,31 @@ ENDING = 2  # s for open requests
 class ConsoleServer:
     """The page of a network, with the map tiles of some files.
 
-    port: where it listens; 0 takes a free one. troubles: a sentence for each part that the page has to do without.
+    port: where it listens; 0 takes a free one. foxglove_origins: web pages that may connect as viewers, with a token.
+    troubles: a sentence for each part that the page has to do without.
     """
 
-    def __init__(self, network: Network, port: int = 0, tiles: TileSets | None = None) -> None:
+    def __init__(
+        self,
+        network: Network,
+        port: int = 0,
+        tiles: TileSets | None = None,
+        *,
+        foxglove_origins: Collection[str] = (),
+    ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
         self.troubles: list[str] = [*missing, *tiles.troubles]
         self._socket = _listening_socket(port)
         self.port: int = self._socket.getsockname()[1]
         self._access = Access()
+        self._viewer_access = ViewerAccess(foxglove_origins)
         self._feed = PageFeed(network)
         names = (LOOPBACK, "localhost")
         hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == HTTP else [])
-        application = ConsoleApplication(network, self._feed, self._access, tiles, libraries, hosts, self.port)
+        application = ConsoleApplication(
+            network, self._feed, self._access, tiles, libraries, hosts, self.port, self._viewer_access
+        )
         self._server = _Server(
             uvicorn.Config(
                 application.asgi,
@@ -56,6 +68,10 @@ class ConsoleServer:
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send."""
         return f"http://{LOOPBACK}:{self.port}/#{self._access.make_link_token()}"
+
+    def foxglove_link(self, *, operate: bool = False) -> str:
+        """The address for Foxglove and Lichtblick until the console ends; with `operate` orders are offered, too."""
+        return f"ws://{LOOPBACK}:{self.port}/foxglove?token={self._viewer_access.token(operate=operate)}"
 
     async def serve(self, stopped: asyncio.Event) -> None:
         """Serve until an event is set. Raises whatever ends the server or the frames before."""

@@ -84,7 +84,7 @@ class _Export:
         self._source = source
         self._topics = TopicChannels(file)
         self._encoder = RosMessageEncoder(source.schema)
-        self._frame = cache(lambda src: ros_name(source.names.system_name(src)))
+        self._frames: dict[int, str] = {}
         self._known: dict[tuple[int, int, int, str], int] = {}
         self._origin: ros_standard_conversion.MapOrigin | None = None
         self._moving: dict[int, int] = {}
@@ -287,8 +287,11 @@ class _Export:
         numbers = (group.rows + batch.first & 0xFFFFFFFF).tolist()
         for place, said in self._source.decode(batch, group.rows):
             src = said.src
+            frame = self._frames.get(src)
+            if frame is None:
+                frame = self._frames[src] = ros_name(self._source.names.system_name(src))
             try:
-                data = self._encoder.encode(said, message, seconds[place], rests[place], self._frame(src))
+                data = self._encoder.encode(said, message, seconds[place], rests[place], frame)
             except CdrError as error:
                 self._source.skipped[str(error)] += 1
                 continue

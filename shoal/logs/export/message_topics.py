@@ -18,7 +18,7 @@ from shoal.logs.export.topic_channels import ros_name
 BILLION = 1_000_000_000
 PICTURES = {b"\xff\xd8\xff": "jpeg", b"\x89PNG": "png", b"RIFF": "webp"}
 """First bytes of a picture, and the name of its format in ROS."""
-Fill = Callable[[Array, Array], object]
+Fill = Callable[[Array, Array, imc.Message], object]
 RosEncoder = Callable[[imc.Message, int], bytes]
 
 
@@ -41,6 +41,7 @@ class MessageTopics:
         self._encoder = RosMessageEncoder(schema)
         self._origin: standard.MapOrigin | None = None
         self._moving: dict[str, int] = {}
+        self._posed: tuple[imc.Message | None, Array] = None, np.empty(0)
         self._record = cache(_plain_record)
         self._layout = cache(_row_layout)
 
@@ -75,26 +76,28 @@ class MessageTopics:
         if names >= standard.STATE:
             return self._of_state(message, kind, own, frame.encode())
         if kind.abbrev == "GpsFix" and names >= standard.FIX:
-            layout, fill = standard.location_layout(frame.encode()), standard.fill_gps_location
-            return [MessageTopic((*own, "location"), standard.LOCATION, self._rows(kind, layout, fill))]
+            layout = standard.location_layout(frame.encode())
+            encode = self._rows(kind, layout, lambda records, fixes, _: standard.fill_gps_location(records, fixes))
+            return [MessageTopic((*own, "location"), standard.LOCATION, encode)]
         return []
 
     def _of_state(
         self, message: imc.Message, kind: imc.MessageType, own: tuple[str, ...], frame: bytes
     ) -> list[MessageTopic]:
         layout = standard.location_layout(frame)
-        encode = self._rows(kind, layout, standard.fill_state_location)
+        encode = self._rows(kind, layout, lambda records, states, _: standard.fill_state_location(records, states))
         found = [MessageTopic((*own, "location"), standard.LOCATION, encode)]
 
-        def fill_pose(records: Array, states: Array) -> None:
-            standard.fill_pose(records, states, self._origin_of_map(states))
+        def fill_pose(records: Array, states: Array, message: imc.Message) -> None:
+            poses = self._poses(states, message)
+            for name in standard.PLACE:
+                records[name] = poses[name]
 
-        def fill_odometry(records: Array, states: Array) -> None:
-            fill_pose(records, states)
-            standard.fill_odometry(records, records, states)
+        def fill_odometry(records: Array, states: Array, message: imc.Message) -> None:
+            standard.fill_odometry(records, self._poses(states, message), states)
 
-        def fill_transform(records: Array, states: Array) -> None:
-            fill_pose(records, states)
+        def fill_transform(records: Array, states: Array, message: imc.Message) -> None:
+            fill_pose(records, states, message)
             records["count"] = 1
 
         found.append(MessageTopic((*own, "pose"), standard.POSE, self._rows(kind, standard.pose_layout(), fill_pose)))
@@ -106,6 +109,14 @@ class MessageTopics:
             encode = self._rows(kind, standard.transform_layout(frame), fill_transform)
             found.append(MessageTopic(("tf",), standard.TRANSFORM, encode))
         return found
+
+    def _poses(self, states: Array, message: imc.Message) -> Array:
+        """The pose of a state, which is computed once for all its topics."""
+        if self._posed[0] is not message:
+            poses = self._record(standard.pose_layout()).zeros(1)
+            standard.fill_pose(poses, states, self._origin_of_map(states))
+            self._posed = message, poses
+        return self._posed[1]
 
     def _origin_of_map(self, states: Array) -> standard.MapOrigin:
         """Raises CdrError before the first position: a vehicle without one reports 0, 0."""
@@ -121,7 +132,7 @@ class MessageTopics:
 
         def encode(message: imc.Message, time: int) -> bytes:
             records = record.zeros(1)
-            fill(records, self._row(kind, message))
+            fill(records, self._row(kind, message), message)
             records["sec"], records["nanosec"] = divmod(time, BILLION)
             return records.tobytes()
 
