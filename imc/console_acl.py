@@ -21,6 +21,7 @@ REPORTS = frozenset(
 OVER_ZENOH = "zenoh"
 """Stands for an address: zenoh does not report the source of a packet."""
 MAVLINK = "mavlink:"
+PAGE = "page:"
 ANSWER_PERIOD = 1.0  # s between two answers to one console in the long run
 ANSWERS = 4  # at once: a console asks for more than its user does
 MOST_ANSWERED = 64
@@ -34,7 +35,8 @@ class ConsoleAcl:
     """The systems that may command; without any listed, all may.
 
     An item is the name or the id of a system, optionally with an address: `ccu-lsts-1-1`, `0x4101@10.0.0.5`,
-    `0x4101@zenoh`; `mavlink:255` and `mavlink:255@10.0.0.5` are ground stations by their MAVLink system ids.
+    `0x4101@zenoh`; `mavlink:255` and `mavlink:255@10.0.0.5` are ground stations by their MAVLink system ids;
+    `page:anna` is a user of the vehicle's page, `page:local` who opens the link that `shoal run` prints.
     `id_of(name)` is the id of a system. Raises ValueError for an item that is not in the syntax, or an unknown name.
     """
 
@@ -42,7 +44,10 @@ class ConsoleAcl:
         items = list(filter(None, map(str.strip, items)))
         self.is_open: bool = not items
         self.listed: dict[int, set[str]] = listed_systems(
-            (item for item in items if not item.startswith(MAVLINK)), id_of
+            (item for item in items if not item.startswith((MAVLINK, PAGE))), id_of
+        )
+        self.page_users: frozenset[str] = frozenset(
+            item[len(PAGE) :].strip() for item in items if item.startswith(PAGE)
         )
         self.stations: dict[int, set[str]] = _listed_stations(
             item[len(MAVLINK) :] for item in items if item.startswith(MAVLINK)
@@ -61,6 +66,10 @@ class ConsoleAcl:
     def allows_station(self, system: int, address: str) -> bool:
         """Whether to obey a ground station, given its MAVLink system id and its address or serial device."""
         return self.is_open or _is_at(self.stations.get(system, ()), address)
+
+    def allows_page_user(self, name: str) -> bool:
+        """Whether to obey a user of the vehicle's page."""
+        return self.is_open or name in self.page_users
 
     def allows_address(self, address: str) -> bool:
         """Whether an item names an address, for clients that show no id."""

@@ -20,7 +20,8 @@ import pytest
 PATIENCE = 60.0  # s; what comes at all comes sooner, also on a busy machine; only what fails waits so long
 
 ALONE = tuple(
-    f"Transports.{name}:Enabled=Never" for name in ("Announce", "Discovery", "FTP", "MAVLink", "TCP.Server", "UDP")
+    f"Transports.{name}:Enabled=Never"
+    for name in ("Announce", "Console", "Discovery", "FTP", "MAVLink", "TCP.Server", "UDP")
 )
 """Settings of a vehicle in real time that must hear nobody on this computer, where other tests run."""
 ALONE_WORDS = tuple(word for setting in ALONE for word in ("--set", setting))

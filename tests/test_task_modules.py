@@ -9,7 +9,7 @@ from tests.test_house import ROOT, SOURCES, TASKS, imports, module_of
 
 SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is there
     "tasks.transports.imc_links": (
-        ("announce", "discovery", "ftp", "logging", "udp", "tcp.client", "tcp.server"),
+        ("announce", "console", "discovery", "ftp", "logging", "udp", "tcp.client", "tcp.server"),
         "sockets, peers and packets of all transports of IMC",
     ),
     "tasks.control.remote_operation_task": (

@@ -6,6 +6,7 @@ from pathlib import Path, PurePath
 
 from support.diagnostics import Problem, ProfileError
 from support.terminal_text import quoted, suggestion
+from support.user_folders import config_folder
 
 
 def own_etc() -> Path:
@@ -19,8 +20,7 @@ def user_etc() -> Path:
     """The user's profiles: SHOAL_ETC, else shoal/etc in the XDG configuration folder."""
     if named := os.environ.get("SHOAL_ETC"):
         return Path(named)
-    folder = os.environ.get("XDG_CONFIG_HOME", "")  # a relative one counts as none
-    return Path(folder if os.path.isabs(folder) else os.path.expanduser("~/.config"), "shoal/etc")
+    return config_folder() / "etc"
 
 
 def resolve_root_copy(path: Path) -> Path:

@@ -18,7 +18,14 @@ from support.top_level_packages import PACKAGES, TASKS
 
 MARK = Path("runtime/vehicle/task_registry.py")  # a folder that has this file is a clone of Shoal
 SHORTEST = 3  # letters that can mean a longer name
-LIBRARIES = {"zenoh": "zenoh", "mavlink": "pymavlink", "vision": "PIL", "drivers": "serial", "ftp": "pyftpdlib"}
+LIBRARIES = {
+    "zenoh": "zenoh",
+    "mavlink": "pymavlink",
+    "vision": "PIL",
+    "drivers": "serial",
+    "ftp": "pyftpdlib",
+    "console": "starlette",
+}
 
 
 class TaskImportError(ImportError):

@@ -8,6 +8,9 @@ from typing import Any
 import click
 
 import imc
+from imc.discovery import check_address
+from shoal.cli.console_access import FOLDER_HELP, certificate, user
+from shoal.cli.default_command_group import DefaultCommandGroup
 from shoal.cli.messages_option import messages_option
 from shoal.cli.optional_extra import require_extra
 from shoal.cli.remote_command import network_options, run_on_network
@@ -19,7 +22,16 @@ PORT = 8080
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
-@click.command()
+@click.group(cls=DefaultCommandGroup, default="page")
+def console() -> None:
+    """Show all vehicles on the network in the browser, and say who may see and command them there."""
+
+
+console.add_command(user)
+console.add_command(certificate)
+
+
+@console.command()
 @click.option("--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0 takes a free one.")
 @click.option(
     "--tiles",
@@ -27,6 +39,13 @@ STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
     metavar="FOLDER",
     help="Map tiles: a folder with .mbtiles and .pmtiles files.",
 )
+@click.option(
+    "--address",
+    default="127.0.0.1",
+    show_default=True,
+    help="IPv4 address to serve the page at; any but 127.0.0.1 needs users and a certificate.",
+)
+@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help=FOLDER_HELP)
 @click.option("--open", "opens", is_flag=True, help="Open the page in the browser of this computer.")
 @click.option(
     "--foxglove",
@@ -42,9 +61,11 @@ STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
 )
 @messages_option
 @network_options
-def console(
+def page(
     port: int,
     tiles: Path | None,
+    address: str,
+    folder: Path | None,
     opens: bool,
     foxglove: str | None,
     origins: tuple[str, ...],
@@ -53,16 +74,21 @@ def console(
 ) -> None:
     """Show all vehicles on the network in the browser: map, states, log book, plots, plans, parameters, Abort.
 
-    Prints a link that logs in once. The page is served to this computer only. Ctrl-C ends.
+    Prints a link that logs in once. Without --address the page is served to this computer only. Ctrl-C ends.
     """
-    with require_extra("console"):
-        from shoal.console import ConsoleServer, TileSets  # a web server: not installed everywhere
+    with require_extra("console"):  # a web server: not installed everywhere
+        from shoal.console import ConsoleServer, PageSecurityError, TileSets, access_folder, read_page_security
 
     maps = TileSets(tiles)
+    try:
+        check_address(address)
+        security = read_page_security(address, folder or access_folder())
+    except ValueError as error:
+        raise (click.ClickException if isinstance(error, PageSecurityError) else click.UsageError)(str(error)) from None
 
     async def act(network: Network) -> None:
         try:
-            server = ConsoleServer(network, port, maps, foxglove_origins=origins)
+            server = ConsoleServer(network, port, maps, security=security, foxglove_origins=origins)
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None

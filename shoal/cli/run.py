@@ -29,6 +29,7 @@ from shoal.cli.shutdown import exit_process, shutdown_on_signal, traceback_witho
 from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
 from shoal.cli.time_texts import parse_duration_option, parse_period
+from shoal.cli.vehicle_page import serve_page
 from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, stop_with_parent, supervise
 from shoal.fleet import Supervisor
 from shoal.simulated_motion import motion_problem, motion_warning
@@ -144,6 +145,7 @@ def run(
     except (ProfileError, ConnectionError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     _report_skipped(made, loaded, selected)
+    serve_page(made.vehicle)
     if problem := motion_problem(made, loaded):
         made.vehicle.close()
         raise click.ClickException(str(problem))

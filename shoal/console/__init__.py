@@ -1,7 +1,38 @@
 """The page in the browser: where vehicles are, how they are, and orders to them."""
 
-from shoal.console.access import Access, LoginError
+from shoal.console.access import Access, LoginError, PageSession
+from shoal.console.authority import Authority, AuthorityError
+from shoal.console.bus_link import BusLink
+from shoal.console.certificate import CERTIFICATE, certificate_names, make_certificate, own_names
+from shoal.console.lease import LeaseError, Leases
+from shoal.console.page_security import PageSecurity, PageSecurityError, access_folder, read_page_security
 from shoal.console.server import ConsoleServer
 from shoal.console.tiles import TileSets
+from shoal.console.users import Role, User, Users, UsersError
+from shoal.console.vehicle_page import VehiclePage
 
-__all__ = ["Access", "ConsoleServer", "LoginError", "TileSets"]
+__all__ = [
+    "CERTIFICATE",
+    "Access",
+    "Authority",
+    "AuthorityError",
+    "BusLink",
+    "ConsoleServer",
+    "LeaseError",
+    "Leases",
+    "LoginError",
+    "PageSecurity",
+    "PageSecurityError",
+    "PageSession",
+    "Role",
+    "TileSets",
+    "User",
+    "Users",
+    "UsersError",
+    "VehiclePage",
+    "access_folder",
+    "certificate_names",
+    "make_certificate",
+    "own_names",
+    "read_page_security",
+]

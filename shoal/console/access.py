@@ -1,34 +1,60 @@
-"""Access to the page: one-time links, and the sessions that they open."""
+"""Access to the page: one-time links, users with passwords, and the sessions that they open."""
 
+import asyncio
 import hmac
 import secrets
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from support.token_bucket import TokenBucket
+from shoal.console.users import LOCAL, User, Users
+from support.token_bucket import TokenBuckets
 
 LINK_LIFETIME = 600.0  # s from the print of a link to its first use
 SESSION_LIFETIME = 12 * 3600.0  # s without a request
 MOST_SESSIONS = 64
-LOGINS = 5  # a minute
+LOGINS = 5  # a minute, from one address
+MOST_ADDRESSES = 256
 
 
 class LoginError(Exception):
     """A login that is rejected; the text is for the user."""
 
 
-class Access:
-    """Links that each log in once, and sessions by their secret, which only a cookie carries.
+@dataclass(frozen=True)
+class PageSession:
+    """Somebody who is logged in; the number is no secret."""
 
-    A wrong or used link counts against the limit of logins; a session without a request for 12 hours ends. `clock`
-    returns seconds.
+    number: int
+    user: User
+
+
+@dataclass
+class _OpenSession:
+    number: int
+    user: User
+    used: float
+
+
+class Access:
+    """Links that each log in once, users, and sessions by their secret, which only a cookie carries.
+
+    A wrong or used link, or a wrong password, counts against the limit of logins from an address; a session without a
+    request for 12 hours ends, and so does that of a user who is removed. `clock` returns seconds.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+    def __init__(self, clock: Callable[[], float] = time.monotonic, users: Users | None = None) -> None:
+        self._clock, self._users = clock, users
         self._links: dict[str, float] = {}
-        self._sessions: dict[str, float] = {}
-        self._logins = TokenBucket(LOGINS / 60.0, LOGINS)
+        self._sessions: dict[str, _OpenSession] = {}
+        self._logins = TokenBuckets(LOGINS / 60.0, LOGINS, MOST_ADDRESSES)
+        self._number = 0
+        self._checking = asyncio.Lock()  # one scrypt at a time: it takes a core and 16 MiB
+
+    @property
+    def has_users(self) -> bool:
+        """Whether anybody can log in with a password."""
+        return bool(self._users)
 
     def make_link_token(self) -> str:
         """The secret of a new link."""
@@ -36,30 +62,62 @@ class Access:
         self._links[token] = self._clock() + LINK_LIFETIME
         return token
 
-    def login(self, token: object) -> str:
+    def login(self, token: object, address: str = "") -> str:
         """The secret of a new session for the token of a link, which is used up. Raises LoginError."""
-        now = self._clock()
-        if not self._logins.try_acquire(now):
-            raise LoginError(f"more than {LOGINS} logins within a minute: wait a minute")
+        now = self._count_login(address)
         self._links = {each: end for each, end in self._links.items() if end > now}
         given = token if isinstance(token, str) else ""
         found = next(
             (each for each in self._links if hmac.compare_digest(each.encode(), given.encode(errors="replace"))), None
         )
         if found is None:
-            raise LoginError("this link has been used, or is older than ten minutes: start `shoal console` again")
+            raise LoginError(
+                "this link has been used, or is older than ten minutes: start the console or vehicle again"
+            )
         del self._links[found]
-        secret = secrets.token_urlsafe(32)
-        while len(self._sessions) >= MOST_SESSIONS:
-            del self._sessions[min(self._sessions, key=self._sessions.__getitem__)]
-        self._sessions[secret] = now
-        return secret
+        return self._open(LOCAL)
+
+    async def login_user(self, name: object, password: object, address: str = "") -> str:
+        """The secret of a new session for a name and a password. Raises LoginError."""
+        self._count_login(address)
+        user = None
+        if self._users is not None and isinstance(name, str) and isinstance(password, str):
+            async with self._checking:
+                user = await asyncio.to_thread(self._users.check, name, password)
+        if user is None:
+            raise LoginError("wrong name or password")
+        return self._open(user)
+
+    def logout(self, secret: str | None) -> None:
+        """End a session."""
+        self._sessions.pop(secret or "", None)
+
+    def session(self, secret: str | None) -> PageSession | None:
+        """The session of a cookie, whose time begins anew."""
+        now, found = self._clock(), self._sessions.get(secret or "")
+        if found is None or secret is None:
+            return None
+        user = found.user if found.user is LOCAL or self._users is None else self._users.find(found.user.name)
+        if user is None or now - found.used > SESSION_LIFETIME:
+            del self._sessions[secret]
+            return None
+        found.used, found.user = now, user
+        return PageSession(found.number, user)
 
     def is_logged_in(self, secret: str | None) -> bool:
         """Whether a cookie is that of a session, whose time begins anew."""
+        return self.session(secret) is not None
+
+    def _count_login(self, address: str) -> float:
         now = self._clock()
-        if secret is None or now - self._sessions.get(secret, float("-inf")) > SESSION_LIFETIME:
-            self._sessions.pop(secret or "", None)
-            return False
-        self._sessions[secret] = now
-        return True
+        if not self._logins[address].try_acquire(now):
+            raise LoginError(f"more than {LOGINS} logins within a minute: wait a minute")
+        return now
+
+    def _open(self, user: User) -> str:
+        secret = secrets.token_urlsafe(32)
+        while len(self._sessions) >= MOST_SESSIONS:
+            del self._sessions[min(self._sessions, key=lambda each: self._sessions[each].used)]
+        self._number += 1
+        self._sessions[secret] = _OpenSession(self._number, user, self._clock())
+        return secret

@@ -1,7 +1,6 @@
 """The web application: page, frames, orders, plans, parameters and tiles."""
 
 import asyncio
-import json
 from collections.abc import Awaitable, Callable, Collection, Mapping
 from contextlib import suppress
 from importlib.resources import files
@@ -9,16 +8,19 @@ from typing import Any, cast
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import imc
-from shoal.console.access import Access, LoginError
+from shoal.console.access import Access, PageSession
+from shoal.console.account_routes import AccountRoutes
+from shoal.console.authority import Authority, AuthorityError
 from shoal.console.foxglove import FoxgloveRoutes, ViewerAccess
 from shoal.console.page_feed import PageFeed, Viewer, encode
 from shoal.console.plan_path import plan_path
+from shoal.console.request_body import json_object, parse_object
 from shoal.console.request_guard import RequestGuard
 from shoal.console.tiles import TileSets
 from shoal.console.vehicle_orders import OrderError, carry_out
@@ -32,6 +34,17 @@ CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
 MOST_WORDS = 4096  # bytes of a message of the page
 Answer = Callable[[Request], Awaitable[Response]]
+SERVICE = {  # for the menu of BlueOS, which asks each port of its computer
+    "name": "Shoal",
+    "description": "The vehicle on a map, its health, plans and log book",
+    "icon": "mdi-submarine",
+    "company": "Shoal",
+    "version": "1",
+    "webpage": "",
+    "api": "",
+    "new_page": True,
+    "avoid_iframes": True,
+}
 
 
 class ConsoleApplication:
@@ -46,6 +59,7 @@ class ConsoleApplication:
         network: Network,
         feed: PageFeed,
         access: Access,
+        authority: Authority,
         tiles: TileSets,
         libraries: Mapping[str, bytes],
         hosts: Collection[str],
@@ -53,7 +67,9 @@ class ConsoleApplication:
         viewer_access: ViewerAccess | None = None,
     ) -> None:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
+        self._authority = authority
         self._cookie = COOKIE.format(port=port)
+        self._accounts = AccountRoutes(access, authority, self._cookie, self._knows)
         self._files = {name: data for name, data in libraries.items()}
         self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
         self._viewers = 0
@@ -62,13 +78,15 @@ class ConsoleApplication:
             self._vehicle,
             lambda connection: access.is_logged_in(connection.cookies.get(self._cookie)),
             viewer_access or ViewerAccess(),
+            authority,
         )
         logged_in = self._logged_in
         routes = [
             Route("/", self._page),
             Route("/files/{name}", self._file),
             Route("/healthz", self._health),
-            Route("/api/login", self._login, methods=["POST"]),
+            Route("/register_service", self._register_service),
+            *self._accounts.routes,
             Route("/api/order", logged_in(self._order), methods=["POST"]),
             Route("/api/plans", logged_in(self._plans)),
             Route("/api/parameters", logged_in(self._parameters)),
@@ -101,33 +119,27 @@ class ConsoleApplication:
     async def _health(self, _: Request) -> Response:
         return PlainTextResponse("ok")
 
-    async def _login(self, request: Request) -> Response:
-        words = await _json_object(request)
-        try:
-            secret = self._access.login(words.get("token"))
-        except LoginError as error:
-            return PlainTextResponse(str(error), 403)
-        response = JSONResponse({"ok": True})
-        response.set_cookie(
-            self._cookie, secret, httponly=True, samesite="strict", secure=request.url.scheme == "https"
-        )
-        return response
+    async def _register_service(self, _: Request) -> Response:
+        return _json(SERVICE)
 
     async def _order(self, request: Request) -> Response:
-        words = await _json_object(request)
+        words, session = await json_object(request), self._accounts.session(request)
+        assert session is not None
         if words.get("order") != "abort-all":
-            return _json(await self._answer(words.get("vehicle"), words))
+            return _json(await self._answer(session, words.get("vehicle"), words))
         names = [system.name for system in self._network.systems.values() if system.is_vehicle]
-        answers = await asyncio.gather(*(self._answer(name, {"order": "abort"}) for name in names))
+        answers = await asyncio.gather(*(self._answer(session, name, {"order": "abort"}) for name in names))
         found = [{"vehicle": name, **answer} for name, answer in zip(names, answers, strict=True)]
         return _json({"ok": all(answer["ok"] for answer in answers), "answers": found})
 
-    async def _answer(self, name: object, words: Mapping[str, object]) -> dict[str, Any]:
+    async def _answer(self, session: PageSession, name: object, words: Mapping[str, object]) -> dict[str, Any]:
         """Carry out an order: whether the vehicle obeys, and a sentence for the operator."""
         order = str(words.get("order"))
         try:
-            text = await carry_out(self._vehicle(name, order), order, words)
-        except (OrderError, NetworkError, ValueError) as error:
+            vehicle = self._vehicle(name, order)
+            self._authority.permit(session, vehicle.system.name, order, words)
+            text = await carry_out(vehicle, order, words)
+        except (AuthorityError, OrderError, NetworkError, ValueError) as error:
             return {"ok": False, "text": printable(str(error))}
         return {"ok": True, "text": printable(text)}
 
@@ -183,7 +195,7 @@ class ConsoleApplication:
         viewer = Viewer()
         self._viewers += 1
         self._feed.add(viewer)
-        sender = asyncio.create_task(_send_frames(socket, viewer, lambda: self._access.is_logged_in(secret)))
+        sender = asyncio.create_task(_send_frames(socket, viewer, lambda: self._is_present(secret)))
         reader = asyncio.create_task(self._read_words(socket, viewer))
         try:
             await asyncio.wait((sender, reader), return_when=asyncio.FIRST_COMPLETED)
@@ -201,10 +213,21 @@ class ConsoleApplication:
         """The fields that the page draws, whenever it draws others."""
         while True:
             text = await socket.receive_text()
-            words = _object(text) if len(text) <= MOST_WORDS else {}
+            words = parse_object(text) if len(text) <= MOST_WORDS else {}
             fields = words.get("fields")
             if isinstance(fields, list):
                 self._feed.set_fields(viewer, [each for each in cast(list[object], fields) if isinstance(each, str)])
+
+    def _is_present(self, secret: str | None) -> bool:
+        """Whether a session lasts, whose page is open: it keeps its leases."""
+        session = self._access.session(secret)
+        if session is not None:
+            self._authority.leases.see(session.number)
+        return session is not None
+
+    def _knows(self, name: str) -> bool:
+        system = self._network.systems.get(name)
+        return system is not None and system.is_vehicle
 
     def _vehicle(self, name: object, order: str = "") -> AsyncRemoteVehicle:
         """Raises NetworkError if there is none of this name, or several, or it is gone; Abort is tried all the same."""
@@ -224,19 +247,6 @@ async def _send_frames(socket: WebSocket, viewer: Viewer, is_logged_in: Callable
         frame = await viewer.next()
         async with asyncio.timeout(UNREAD):
             await socket.send_text(frame.decode())
-
-
-async def _json_object(request: Request) -> dict[str, object]:
-    return _object((await request.body()).decode(errors="replace"))
-
-
-def _object(text: str) -> dict[str, object]:
-    """The object that a text of JSON is; empty if it is none."""
-    try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
-        return {}
-    return cast(dict[str, object], found) if isinstance(found, dict) else {}
 
 
 def _json(value: Any) -> Response:

@@ -5,7 +5,7 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any, cast
 
@@ -55,19 +55,32 @@ class Viewer:
 
 
 class PageFeed:
-    """Reads a network, and gives each page its frames. Calls are made in the event loop of the network."""
+    """Reads a network, and gives each page its frames. Calls are made in the event loop of the network.
 
-    def __init__(self, network: Network) -> None:
-        self._network = network
+    `leases()` is who commands each vehicle, for all pages.
+    """
+
+    def __init__(self, network: Network, leases: Callable[[], Mapping[str, object]] = dict) -> None:
+        self._network, self._leases = network, leases
         self._viewers: set[Viewer] = set()
         self._sent: dict[str, dict[str, View]] = {}
         self._known: set[str] = set()
         self._tracks: dict[str, deque[list[float | None]]] = {}
         self._log: deque[list[object]] = deque(maxlen=LOG_ENTRIES)
+        self._notes: list[list[object]] = []
         self._listener: MessageListener | None = None
         self._woken = asyncio.Event()
         self._asked: dict[str, float] = {}
         self._times = ArrivalTimes()
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether a page is open."""
+        return bool(self._viewers)
+
+    def note(self, vehicle: str, context: str, text: str) -> None:
+        """Show a text in the log book of the pages."""
+        self._notes.append([round(time.time(), 1), vehicle, "info", context, printable(text)])
 
     def add(self, viewer: Viewer) -> None:
         self._viewers.add(viewer)
@@ -117,7 +130,7 @@ class PageFeed:
 
     def _new_log_entries(self) -> list[list[object]]:
         assert self._listener is not None
-        found: list[list[object]] = []
+        found, self._notes = self._notes, []
         for system, message in self._listener.take_all():
             if isinstance(message, imc.LogBookEntry):
                 kind = word(imc.LogBookEntry.Type, message.type)
@@ -144,7 +157,7 @@ class PageFeed:
         gone = [name for name in self._sent if name not in views]
         values = self._values()
         self._sent = views
-        frame: dict[str, Any] = {"now": round(time.time(), 2), "values": values}
+        frame: dict[str, Any] = {"now": round(time.time(), 2), "values": values, "leases": self._leases()}
         news = {
             **frame,
             "vehicles": {name: change for name, change in changes.items() if change},

@@ -52,7 +52,8 @@ class RequestGuard:
             return ""
         if scope["type"] == "websocket" and scope["path"] in self._own_origins:
             return ""
-        if origin not in (f"http://{host}", f"https://{host}"):
+        schemes = ("https",) if scope["scheme"] in ("https", "wss") else ("http", "https")
+        if origin not in [f"{scheme}://{host}" for scheme in schemes]:
             return "this request does not come from the page of the console"
         length = headers.get("content-length", "0")
         if "transfer-encoding" in headers or not length.isdecimal() or int(length) > MOST_BODY:

@@ -1,22 +1,28 @@
-"""Serves the page over a network of vehicles, on the loopback address."""
+"""Serves the page over a network of vehicles."""
 
 import asyncio
 import socket
-from collections.abc import Collection, Generator
+import time
+from collections.abc import Callable, Collection, Generator
 from contextlib import contextmanager
 
 import uvicorn
 
+import imc
 from shoal.console.access import Access
 from shoal.console.application import ConsoleApplication
+from shoal.console.authority import Authority, Journal
 from shoal.console.browser_libraries import read_browser_files
 from shoal.console.foxglove import ViewerAccess
 from shoal.console.page_feed import PageFeed
+from shoal.console.page_security import PageSecurity
 from shoal.console.tiles import TileSets
+from shoal.console.users import User
 from shoal.network import Network
 
-LOOPBACK = "127.0.0.1"
-HTTP = 80  # the port that browsers leave out
+DEFAULT_PORTS = {"http": 80, "https": 443}  # which browsers leave out
+CONTEXT = "Console"
+"""The context of the log book's entries about users of the page."""
 MOST_WORDS = 65536  # bytes of a message of the page
 ENDING = 2  # s for open requests
 
@@ -25,7 +31,10 @@ class ConsoleServer:
     """The page of a network, with the map tiles of some files.
 
     port: where it listens; 0 takes a free one. foxglove_origins: web pages that may connect as viewers, with a token.
-    troubles: a sentence for each part that the page has to do without.
+    troubles: a sentence for each part that the page has to do without. `security` has its address, users and
+    certificate; without, it is served to this computer only. `listener` is a socket that listens already.
+    `journal(vehicle, text)` writes into the log book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why
+    a vehicle takes no orders of a user.
     """
 
     def __init__(
@@ -35,19 +44,26 @@ class ConsoleServer:
         tiles: TileSets | None = None,
         *,
         foxglove_origins: Collection[str] = (),
+        security: PageSecurity | None = None,
+        listener: socket.socket | None = None,
+        journal: Journal | None = None,
+        refusal: Callable[[User], str] = lambda _: "",
     ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
         self.troubles: list[str] = [*missing, *tiles.troubles]
-        self._socket = _listening_socket(port)
+        self.security: PageSecurity = security or PageSecurity()
+        self._network = network
+        self._socket = listener or _listening_socket(self.security.address, port)
         self.port: int = self._socket.getsockname()[1]
-        self._access = Access()
+        self._access = Access(users=self.security.users)
+        authority = Authority(journal or self._note, refusal)
         self._viewer_access = ViewerAccess(foxglove_origins)
-        self._feed = PageFeed(network)
-        names = (LOOPBACK, "localhost")
-        hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == HTTP else [])
+        self._feed = PageFeed(network, authority.leases.view)
+        names, scheme = self.security.hosts, self.security.scheme
+        hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == DEFAULT_PORTS[scheme] else [])
         application = ConsoleApplication(
-            network, self._feed, self._access, tiles, libraries, hosts, self.port, self._viewer_access
+            network, self._feed, self._access, authority, tiles, libraries, hosts, self.port, self._viewer_access
         )
         self._server = _Server(
             uvicorn.Config(
@@ -62,16 +78,36 @@ class ConsoleServer:
                 server_header=False,
                 log_config=None,
                 timeout_graceful_shutdown=ENDING,
+                ssl_certfile=self.security.certificate,
+                ssl_keyfile=self.security.key,
             )
         )
 
+    @property
+    def is_watched(self) -> bool:
+        """Whether a page is open."""
+        return self._feed.is_watched
+
     def login_link(self) -> str:
-        """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send."""
-        return f"http://{LOOPBACK}:{self.port}/#{self._access.make_link_token()}"
+        """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.
+
+        Where others reach the page, users log in with passwords only: the address has no secret.
+        """
+        address = f"{self.security.scheme}://{self.security.hosts[0]}:{self.port}/"
+        return address if self.security.is_open else f"{address}#{self._access.make_link_token()}"
+
+    def _note(self, vehicle: str, text: str) -> None:
+        """Have a vehicle log what a user does, and show it to the pages."""
+        self._feed.note(vehicle, CONTEXT, text)
+        system = self._network.systems.get(vehicle)
+        if system is not None and system.id is not None:
+            kind = imc.LogBookEntry.Type.INFO
+            self._network.send(system, imc.LogBookEntry(type=kind, htime=time.time(), context=CONTEXT, text=text))
 
     def foxglove_link(self, *, operate: bool = False) -> str:
         """The address for Foxglove and Lichtblick until the console ends; with `operate` orders are offered, too."""
-        return f"ws://{LOOPBACK}:{self.port}/foxglove?token={self._viewer_access.token(operate=operate)}"
+        scheme = "wss" if self.security.scheme == "https" else "ws"
+        return f"{scheme}://{self.security.hosts[0]}:{self.port}/foxglove?token={self._viewer_access.token(operate=operate)}"
 
     async def serve(self, stopped: asyncio.Event) -> None:
         """Serve until an event is set. Raises whatever ends the server or the frames before."""
@@ -96,12 +132,12 @@ class _Server(uvicorn.Server):
         yield
 
 
-def _listening_socket(port: int) -> socket.socket:
+def _listening_socket(address: str, port: int) -> socket.socket:
     """Raises OSError if the port is taken."""
     found = socket.socket()
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((LOOPBACK, port))
+        found.bind((address, port))
         found.listen(64)
     except OSError:
         found.close()

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import cast
 
+from shoal.console.authority import AuthorityError, Permit
 from shoal.console.foxglove.protocol import Json, NamedValue
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
@@ -19,10 +20,13 @@ Report = Callable[[str], object]
 
 
 class ParameterAccess:
-    """Reads and sets parameters of all vehicles. What cannot be read or set is reported, and missing in the values."""
+    """Reads and sets parameters of all vehicles. What cannot be read or set is reported, and missing in the values.
 
-    def __init__(self, network: Network, find_vehicle: FindVehicle) -> None:
-        self._network, self._find = network, find_vehicle
+    `permit` decides on each change.
+    """
+
+    def __init__(self, network: Network, find_vehicle: FindVehicle, permit: Permit) -> None:
+        self._network, self._find, self._permit = network, find_vehicle, permit
         self._read: dict[str, tuple[float, Mapping[str, Mapping[str, str]]]] = {}
         self._reading: dict[str, asyncio.Lock] = {}
 
@@ -49,8 +53,11 @@ class ParameterAccess:
         for (system, entity), names in _by_entity(texts, report).items():
             wanted = {name: texts[f"{system}/{entity}/{name}"] for name in names}
             try:
-                accepted = await self._find(system).param.set(entity, wanted)
-            except NetworkError as error:
+                vehicle = self._find(system)
+                for name, text in wanted.items():
+                    self._permit(system, "set", {"entity": entity, "parameter": name, "value": text})
+                accepted = await vehicle.param.set(entity, wanted)
+            except (AuthorityError, NetworkError) as error:
                 report(printable(f"{system}: {error}"))
                 continue
             self._read.pop(system, None)

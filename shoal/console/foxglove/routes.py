@@ -5,12 +5,15 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from shoal.console.access import PageSession
+from shoal.console.authority import Authority
 from shoal.console.foxglove.layout import make_layout
 from shoal.console.foxglove.live_feed import LiveFeed
 from shoal.console.foxglove.parameters import ParameterAccess
@@ -18,6 +21,7 @@ from shoal.console.foxglove.protocol import SUBPROTOCOLS
 from shoal.console.foxglove.vehicle_services import VehicleServices
 from shoal.console.foxglove.viewer_access import ViewerAccess, is_own_origin
 from shoal.console.foxglove.viewer_session import ViewerSession
+from shoal.console.users import Role, User
 from shoal.network import AsyncRemoteVehicle, Network
 
 PATH = "/foxglove"
@@ -25,6 +29,8 @@ MOST_VIEWERS = 16
 UNREAD = 30.0  # s in which a viewer has to take a frame
 CLOSING = 1.0  # s
 ACCESS_CHECK = 1.0  # s between looks whether a session lasts
+VIEWERS = PageSession(0, User("foxglove", Role.MAINTAIN))
+"""The session that all viewers with a token to operate share; those of pages begin with 1."""
 LABELS = 1.0  # s for the labels of the entities that a layout names
 
 
@@ -32,7 +38,7 @@ class FoxgloveRoutes:
     """Serves viewers from a network.
 
     find_vehicle: the vehicle of a name for an order; raises NetworkError. is_logged_in: whether a request has the
-    cookie of a session of the page, which may watch only.
+    cookie of a session of the page, which may watch only. `authority` decides on each order.
     """
 
     own_origins: tuple[str, ...] = (PATH,)
@@ -43,10 +49,12 @@ class FoxgloveRoutes:
         find_vehicle: Callable[[object, str], AsyncRemoteVehicle],
         is_logged_in: Callable[[HTTPConnection], bool],
         access: ViewerAccess,
+        authority: Authority,
     ) -> None:
         self._network, self._find, self._is_logged_in, self._access = network, find_vehicle, is_logged_in, access
-        self._feed = LiveFeed(network)
-        self._parameters = ParameterAccess(network, lambda name: find_vehicle(name, ""))
+        self._feed, self._authority = LiveFeed(network), authority
+        self._permit = partial(authority.permit, VIEWERS)
+        self._parameters = ParameterAccess(network, lambda name: find_vehicle(name, ""), self._permit)
         self._services = VehicleServices()
         self._viewers = 0
 
@@ -107,7 +115,9 @@ class FoxgloveRoutes:
         await socket.send_denial_response(PlainTextResponse(*refusal))
 
     async def _serve(self, socket: WebSocket, may_operate: bool) -> None:
-        session = ViewerSession(self._feed, self._parameters, self._services, self._find, may_operate=may_operate)
+        session = ViewerSession(
+            self._feed, self._parameters, self._services, self._find, self._permit, may_operate=may_operate
+        )
         self._viewers += 1
         feeding = session.start()
         talking = [asyncio.create_task(self._send(socket, session)), asyncio.create_task(_read(socket, session))]
@@ -135,8 +145,11 @@ class FoxgloveRoutes:
             frame = await session.queue.next()
             if time.monotonic() - checked > ACCESS_CHECK:
                 checked = time.monotonic()
-                if self._role(socket) is None:
+                role = self._role(socket)
+                if role is None:
                     return
+                if role:
+                    self._authority.leases.see(VIEWERS.number)
             if frame is None:
                 self._feed.counts["viewers disconnected: they did not take their answers"] += 1
                 return

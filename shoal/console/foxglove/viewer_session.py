@@ -5,6 +5,7 @@ from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
 import imc
+from shoal.console.authority import AuthorityError, Permit
 from shoal.console.foxglove import protocol
 from shoal.console.foxglove.connection_graph import Graph, consumed_messages, published_topics, task_names
 from shoal.console.foxglove.live_feed import LiveFeed
@@ -34,12 +35,13 @@ class ViewerSession:
         parameters: ParameterAccess,
         services: VehicleServices,
         find_vehicle: Callable[[object, str], AsyncRemoteVehicle],
+        permit: Permit,
         *,
         may_operate: bool,
     ) -> None:
         self.queue: ViewerQueue = ViewerQueue()
         self._feed, self._parameters, self._services = feed, parameters, services
-        self._find, self._may_operate = find_vehicle, may_operate
+        self._find, self._permit, self._may_operate = find_vehicle, permit, may_operate
         self._subscriptions: dict[int, int] = {}
         self._by_channel: dict[int, list[int]] = {}
         self._watched: set[str] = set()
@@ -201,8 +203,10 @@ class ViewerSession:
 
     async def _order(self, call: ServiceCall, system: str, order: str, words: Any) -> None:
         try:
-            text, done = await carry_out(self._find(system, order), order, words), True
-        except (OrderError, NetworkError, ValueError) as error:
+            vehicle = self._find(system, order)
+            self._permit(system, order, words)
+            text, done = await carry_out(vehicle, order, words), True
+        except (AuthorityError, OrderError, NetworkError, ValueError) as error:
             text, done = str(error), False
         self.queue.put_answer(protocol.call_response(call, call_answer(call, done, printable(text))))
 

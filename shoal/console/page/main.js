@@ -1,5 +1,6 @@
 // Logs in, receives frames, keeps the latest state of each vehicle, and redraws the views.
-import { byName, element, post, say } from "./page.js";
+import { byName, element, say } from "./page.js";
+import { makeAccount } from "./account.js";
 import { makeMap } from "./map.js";
 import { makeHealth } from "./health.js";
 import { makePlans } from "./plans.js";
@@ -10,31 +11,19 @@ import { makeOrders } from "./orders.js";
 import { extendTrack, tracksOf } from "./tracks.js";
 
 const STALE = 3; // s without data
-const LOG_IN = "Log in: open the link that `shoal console` has printed.";
 // Exported for tests. `byUser`: whether the operator, not this page, has chosen the vehicle.
 export const store = {
-  vehicles: byName(), tracks: byName(), log: [], values: byName(), now: 0, chosen: "", byUser: false, socket: null,
+  vehicles: byName(), tracks: byName(), log: [], values: byName(), leases: byName(), now: 0, chosen: "", byUser: false, socket: null,
 };
 const labels = byName(); // displayable names, also of vehicles that are no longer known
 store.vehicle = () => store.vehicles[store.chosen];
 const views = {
   map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
-  log: makeLog(store), parameters: makeParameters(store),
+  log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
 };
 const orders = makeOrders(store);
 let received = performance.now();
 let listed = ""; // the options of the list of vehicles
-let refusal = ""; // why the login was refused
-
-async function logIn() {
-  const token = location.hash.slice(1);
-  if (!token) return;
-  history.replaceState(null, "", "/");
-  const answer = await post("/api/login", { token });
-  if (answer.ok) return;
-  refusal = `${answer.text}. `;
-  say(answer.text, "bad");
-}
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
@@ -43,24 +32,15 @@ function connect() {
   store.socket = socket;
   socket.onopen = () => {
     opened = true;
-    if (element("result").textContent.endsWith(LOG_IN)) say("");
+    views.account.recall();
     views.plots.sendFields();
   };
   socket.onmessage = (event) => receive(event.data);
   socket.onclose = async () => {
     store.socket = null;
     setTimeout(connect, 1000);
-    if (!opened && await needsLogin()) say(refusal + LOG_IN, "bad");
+    if (!opened) await views.account.recall(); // a browser does not tell why a socket was refused; an answer does
   };
-}
-
-// A browser does not tell the page why a socket was refused; an answer does.
-async function needsLogin() {
-  try {
-    return (await fetch("/api/tiles", { signal: AbortSignal.timeout(8000) })).status === 401;
-  } catch {
-    return false; // the console does not run: the age of the data shows this
-  }
 }
 
 // Also for tests, which give it frames of their own. A frame that fails is none: the age of the data goes on.
@@ -86,6 +66,7 @@ function take(frame) {
   store.log.push(...frame.log);
   if (store.log.length > 1000) store.log.splice(0, store.log.length - 1000);
   store.values = byName(frame.values);
+  store.leases = byName(frame.leases);
   chooseVehicle();
   for (const view of Object.values(views)) view.draw(frame);
   summarize();
@@ -166,5 +147,5 @@ element("vehicle").onchange = (event) => {
 };
 setInterval(checkAge, 500);
 show("map");
-await logIn();
+await views.account.byLink();
 connect();

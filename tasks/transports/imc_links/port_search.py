@@ -31,10 +31,12 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
     raise AssertionError("port 0 is tried last")
 
 
-def announce_listening_service(task: Task, service: Service, wanted: int, risk: str, *, announced: bool = True) -> None:
+def announce_listening_service(
+    task: Task, service: Service, wanted: int, risk: str = "", *, announced: bool = True
+) -> None:
     """Report where a task listens: a port other than the configured one, and the risk if it is open. Announce it."""
     local = is_loopback_address(service.address)
-    if not local:
+    if risk and not local:
         task.log.warning(f"listens at {service.address}:{service.port} without passwords: {risk}")
     if wanted not in (0, service.port):
         task.log.info(f"port {wanted} is taken: listens at {service.port}")

@@ -10,7 +10,7 @@ from runtime.profile import load_profile
 from runtime.vehicle import build
 from tests.command import shoal
 
-LIBRARIES = ("PIL", "serial", "pymavlink", "pyftpdlib")
+LIBRARIES = ("PIL", "serial", "pymavlink", "pyftpdlib", "starlette")
 SHORT = ("--clock", "virtual", "--for", "1s")
 PLAN = "plan: box\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n  - goto: {north: 8, depth: 0}\n"
 
@@ -29,6 +29,7 @@ def test_the_core_install_runs_a_vehicle() -> None:
     made = build(load_profile("lauv-noptilus-1"), {"Simulation"}, clock=WallClock())
     made.vehicle.close()
     assert made.skipped == {
+        "needs pip install 'shoal[console]'": ["Transports.Console"],
         "needs pip install 'shoal[ftp]'": ["Transports.FTP"],
         "needs pip install 'shoal[mavlink]'": ["Transports.MAVLink"],
     }

@@ -1,0 +1,83 @@
+"""Decides which orders a user may give, by role, list of consoles and lease, and writes them into the log book."""
+
+from collections.abc import Callable, Mapping
+
+from shoal.console.access import PageSession
+from shoal.console.lease import LeaseError, Leases
+from shoal.console.users import Role, User
+from support.text_length import clip
+
+ABORTS = ("abort", "abort-all")
+ROLES = {"set": Role.MAINTAIN}
+"""The roles that orders need, other than *operate*."""
+LONGEST_NOTE = 200  # characters
+
+Journal = Callable[[str, str], object]
+"""Writes a text into the log book of a vehicle: `journal(vehicle, text)`."""
+
+Permit = Callable[[str, str, Mapping[str, object]], None]
+"""Notes an order to a vehicle and raises AuthorityError if it may not be given: `permit(vehicle, order, words)`."""
+
+
+class AuthorityError(Exception):
+    """An order that a user may not give; the text is for the user."""
+
+
+class Authority:
+    """Decides on each order before it is sent.
+
+    `journal` gets each order with the name of its user; `refusal(user)` is why a vehicle takes no orders of a user, or
+    empty. Abort needs a role, and no lease.
+    """
+
+    def __init__(self, journal: Journal, refusal: Callable[[User], str] = lambda _: "") -> None:
+        self.leases: Leases = Leases(journal)
+        self._journal, self._refusal = journal, refusal
+
+    def permit(self, session: PageSession, vehicle: str, order: str, words: Mapping[str, object]) -> None:
+        """Note an order to a vehicle in its log book. Raises AuthorityError if the session may not give it."""
+        self.require_role(session.user, ROLES.get(order, Role.OPERATE))
+        if order not in ABORTS:
+            try:
+                self.leases.require(vehicle, session.number, session.user.name)
+            except LeaseError as error:
+                raise AuthorityError(str(error)) from None
+        self._journal(vehicle, f"{session.user.name}: {_order_text(order, words)}")
+
+    def require_role(self, user: User, role: Role) -> None:
+        """Raises AuthorityError if a user has not this role, or is not in the vehicle's list of consoles."""
+        if user.role < role:
+            raise AuthorityError(f"{user.name} may {user.role.word}: this needs the role {role.word}")
+        if reason := self._refusal(user):
+            raise AuthorityError(reason)
+
+    def change_lease(self, session: PageSession, vehicle: str, change: object) -> str:
+        """Take, hand over or keep a lease; returns a sentence for the user. Raises AuthorityError."""
+        self.require_role(session.user, Role.OPERATE)
+        try:
+            match change:
+                case "take":
+                    return self.leases.take(vehicle, session.number, session.user.name)
+                case "hand over":
+                    return self.leases.hand_over(vehicle, session.number)
+                case "keep":
+                    return self.leases.keep(vehicle, session.number)
+                case _:
+                    raise AuthorityError(f"no such change of a lease: {change!r}")
+        except LeaseError as error:
+            raise AuthorityError(str(error)) from None
+
+
+def _order_text(order: str, words: Mapping[str, object]) -> str:
+    """An order in the words of its user."""
+    given = {name: value for name, value in words.items() if isinstance(value, str)}
+    match order:
+        case "start" | "delete":
+            text = f"{order} {given.get('plan', '')}"
+        case "set":
+            text = f"set {given.get('entity', '')}: {given.get('parameter', '')} = {given.get('value', '')}"
+        case "put":
+            text = "store a plan"
+        case _:
+            text = order
+    return clip(text, LONGEST_NOTE)

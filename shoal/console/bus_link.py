@@ -1,0 +1,77 @@
+"""The bus of a vehicle in this process, as a network with one system."""
+
+import asyncio
+from collections.abc import Callable, Collection
+from contextlib import suppress
+
+import imc
+from shoal.network import ConsoleIdentity, LinkListener, NetworkLink, ReceivedPacket
+from tasks.transports.console import Console, PagePackets
+
+LOOK = 0.1  # s between two looks at the latest messages while somebody watches
+IDLE_LOOK = 1.0  # s otherwise: tracks go on
+ACTIVE = 5.0  # s after an order in which its effects are followed as if somebody watched
+
+
+class BusLink(NetworkLink):
+    """Brings the messages of the vehicle whose task serves the page, and puts orders on its bus.
+
+    `is_watched()` is whether somebody looks. All calls are made in the thread of the page's event loop; the kernel of
+    the vehicle runs in another one.
+    """
+
+    name = "bus"
+    trouble = ""
+    delivers_all = True
+    fragment_size = 0
+
+    def __init__(self, task: Console, is_watched: Callable[[], bool] = lambda: True) -> None:
+        self._task = task
+        self.is_watched: Callable[[], bool] = is_watched
+        self._active_until = 0.0
+        self._woken = asyncio.Event()
+        self._looking: asyncio.Task[None] | None = None
+
+    @property
+    def discovery_timeout(self) -> float:
+        return IDLE_LOOK
+
+    @property
+    def awaits_answers(self) -> bool:
+        return False
+
+    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
+        loop = asyncio.get_running_loop()
+
+        def wake() -> None:
+            with suppress(RuntimeError):  # the loop has ended
+                loop.call_soon_threadsafe(self._woken.set)
+
+        packets = self._task.connect_page(console.id, wake)
+        ear.on_appeared(self, self._task.system_name, "bus", "", self._task.system)
+        self._looking = asyncio.create_task(self._look(ear, packets))
+
+    def subscribe(self, system: str, messages: Collection[str]) -> None:
+        self._task.request_messages(messages)
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        self._active_until = asyncio.get_running_loop().time() + ACTIVE
+        self._task.take_order(packet)
+        self._woken.set()
+
+    async def close(self) -> None:
+        if self._looking is not None:
+            self._looking.cancel()
+            await asyncio.gather(self._looking, return_exceptions=True)
+
+    async def _look(self, ear: LinkListener, packets: PagePackets) -> None:
+        loop, name = asyncio.get_running_loop(), self._task.system_name
+        while True:
+            for packet in packets.take():
+                ear.on_packet(self, ReceivedPacket(packet, name))
+            await asyncio.sleep(0)
+            is_active = self.is_watched() or loop.time() < self._active_until
+            with suppress(TimeoutError):
+                async with asyncio.timeout(LOOK if is_active else IDLE_LOOK):
+                    await self._woken.wait()
+            self._woken.clear()

@@ -1,0 +1,178 @@
+"""The users of the page: names, roles, and passwords, of which a file has scrypt hashes only."""
+
+import base64
+import hashlib
+import hmac
+import os
+import re
+import secrets
+import stat
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from typing import Self
+
+from support.atomic_files import write_file
+from support.terminal_text import quoted
+
+COST, BLOCK, PARALLEL = 1 << 14, 8, 1  # of scrypt: 16 MiB and about 50 ms
+MOST_COST = 1 << 16
+SALT = 16  # bytes
+SHORTEST_PASSWORD, LONGEST_PASSWORD = 8, 256
+MOST_USERS = 256
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")
+PRIVATE = 0o600
+FILE = "users.txt"
+
+
+class Role(IntEnum):
+    """Rights of a user; each role includes those before it."""
+
+    WATCH = 0
+    """See everything."""
+    OPERATE = 1
+    """Abort, hold, surface, and store, start, stop and delete plans."""
+    MAINTAIN = 2
+    """Set parameters."""
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+class UsersError(ValueError):
+    """A file of users that cannot be used, or a user that cannot be added; the text is for people."""
+
+
+@dataclass(frozen=True)
+class User:
+    """Somebody who has logged in."""
+
+    name: str
+    role: Role
+
+
+LOCAL = User("local", Role.MAINTAIN)
+"""The user who has opened a printed link."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    role: Role
+    cost: int
+    salt: bytes
+    hash: bytes
+
+    @classmethod
+    def of_password(cls, role: Role, password: str) -> Self:
+        salt = secrets.token_bytes(SALT)
+        return cls(role, COST, salt, _scrypt(password, salt, COST))
+
+    @classmethod
+    def parse(cls, role: str, text: str) -> Self:
+        """Raises ValueError."""
+        kind, cost, salt, found = text.split("$")
+        if kind != "scrypt" or not 2 <= int(cost) <= MOST_COST:
+            raise ValueError
+        return cls(Role[role.upper()], int(cost), base64.b64decode(salt), base64.b64decode(found))
+
+    def __str__(self) -> str:
+        parts = (base64.b64encode(each).decode() for each in (self.salt, self.hash))
+        return f"{self.role.word}:scrypt${self.cost}${'$'.join(parts)}"
+
+    def matches(self, password: str) -> bool:
+        return hmac.compare_digest(_scrypt(password, self.salt, self.cost), self.hash)
+
+
+class Users:
+    """The users in the file users.txt of a folder, which is read again when it changes; without it there are none.
+
+    Each line is NAME:ROLE:scrypt$COST$SALT$HASH. Raises UsersError if others than its owner can read the file, or a
+    line is damaged, at the start; later the users are then none.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.path: Path = folder / FILE
+        self._known: tuple[int, int] | None = None
+        self._entries: dict[str, _Entry] = {}
+        self._nobody = _Entry.of_password(Role.WATCH, "")
+        self._read()
+
+    def __bool__(self) -> bool:
+        self._refresh()
+        return bool(self._entries)
+
+    def find(self, name: str) -> User | None:
+        """The user of a name, with the role that it has now."""
+        self._refresh()
+        entry = self._entries.get(name)
+        return None if entry is None else User(name, entry.role)
+
+    def check(self, name: str, password: str) -> User | None:
+        """The user of a name and password. Takes about 50 ms, also for a name that does not exist."""
+        self._refresh()
+        entry = self._entries.get(name)
+        is_right = (entry or self._nobody).matches(password[:LONGEST_PASSWORD])
+        return User(name, entry.role) if entry is not None and is_right else None
+
+    def add(self, name: str, role: Role, password: str) -> None:
+        """Add a user, or replace one, in the file. Raises UsersError, OSError."""
+        if not NAME.fullmatch(name) or name == LOCAL.name:
+            raise UsersError(f"{quoted(name)} cannot be the name of a user: up to 32 letters, digits, '.', '_' or '-'")
+        if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
+            raise UsersError(f"a password has {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters")
+        self._write(self._entries | {name: _Entry.of_password(role, password)})
+
+    def remove(self, name: str) -> None:
+        """Remove a user from the file; its sessions end. Raises UsersError if there is none, OSError."""
+        if name not in self._entries:
+            raise UsersError(f"there is no user {quoted(name)} in {self.path}")
+        self._write({other: entry for other, entry in self._entries.items() if other != name})
+
+    def roles(self) -> dict[str, Role]:
+        """The users by name."""
+        self._refresh()
+        return {name: entry.role for name, entry in self._entries.items()}
+
+    def _write(self, entries: dict[str, _Entry]) -> None:
+        if len(entries) > MOST_USERS:
+            raise UsersError(f"there are at most {MOST_USERS} users")
+        text = "".join(f"{name}:{entry}\n" for name, entry in sorted(entries.items()))
+        write_file(self.path, text.encode(), PRIVATE)
+        self._read()
+
+    def _refresh(self) -> None:
+        try:
+            self._read()
+        except (UsersError, OSError):
+            self._entries = {}
+
+    def _read(self) -> None:
+        try:
+            found = os.stat(self.path)
+        except FileNotFoundError:
+            self._known, self._entries = None, {}
+            return
+        if (version := (found.st_mtime_ns, found.st_ino)) == self._known:
+            return
+        self._known = None
+        if stat.S_IMODE(found.st_mode) & 0o077:
+            raise UsersError(f"{self.path}: others can read or change this file: chmod 600 {self.path}")
+        lines = self.path.read_text(errors="replace").splitlines()
+        self._entries = dict(self._parse_line(number, line) for number, line in enumerate(lines, 1) if line.strip())
+        self._known = version
+
+    def _parse_line(self, number: int, line: str) -> tuple[str, _Entry]:
+        name, _, rest = line.partition(":")
+        role, _, text = rest.partition(":")
+        try:
+            if not NAME.fullmatch(name):
+                raise ValueError
+            return name, _Entry.parse(role, text)
+        except (ValueError, KeyError):
+            raise UsersError(f"{self.path}:{number}: not NAME:ROLE:scrypt$COST$SALT$HASH") from None
+
+
+def _scrypt(password: str, salt: bytes, cost: int) -> bytes:
+    data = password.encode(errors="surrogatepass")
+    return hashlib.scrypt(data, salt=salt, n=cost, r=BLOCK, p=PARALLEL, maxmem=256 * cost * BLOCK)

@@ -1,0 +1,67 @@
+"""The page of one vehicle, served by the process that runs it."""
+
+import asyncio
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from shoal.console.bus_link import BusLink
+from shoal.console.page_security import access_folder, read_page_security
+from shoal.console.server import ConsoleServer
+from shoal.console.tiles import TileSets
+from shoal.console.users import User
+from shoal.network import Network
+from tasks.transports.console import Console, PageServer
+
+
+class VehiclePage(PageServer):
+    """Serves a vehicle's page at a socket, over the bus of the vehicle; `show` gets the address to open.
+
+    Raises ValueError if the address of the task needs users or a certificate that are not there, OSError.
+    """
+
+    def __init__(self, task: Console, listener: socket.socket, show: Callable[[str], object]) -> None:
+        folder = Path(task.access_folder) if task.access_folder else access_folder()
+        security = read_page_security(task.address, folder)
+        tiles = TileSets(Path(task.map_tiles) if task.map_tiles else None)
+
+        def refusal(user: User) -> str:
+            if task.commanders.allows_page_user(user.name):
+                return ""
+            return f"{user.name} may not command: page:{user.name} is not in [General] Consoles"
+
+        link = BusLink(task)
+        self._network = Network([link], messages=task.vehicle.bus.messages)
+        self._server = ConsoleServer(
+            self._network,
+            tiles=tiles,
+            security=security,
+            listener=listener,
+            journal=lambda _, text: task.note(text),
+            refusal=refusal,
+        )
+        link.is_watched = lambda: self._server.is_watched
+        self.is_secure: bool = security.is_open
+        self._stopped = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._has_ended = False
+        for trouble in self._server.troubles:
+            task.log.warning(trouble)
+        show(self._server.login_link())
+
+    def run(self) -> None:
+        asyncio.run(self._serve())
+
+    def stop(self) -> None:
+        self._has_ended = True
+        if self._loop is not None:
+            with suppress(RuntimeError):  # it has ended already
+                self._loop.call_soon_threadsafe(self._stopped.set)
+
+    async def _serve(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        if self._has_ended:
+            self._stopped.set()
+        async with self._network:
+            await self._server.serve(self._stopped)

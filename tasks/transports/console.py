@@ -1,0 +1,219 @@
+"""Serves a page in the browser that shows this vehicle, in a thread of its own."""
+
+import socket
+from collections import deque
+from collections.abc import Callable, Collection
+from typing import Protocol
+
+import imc
+from imc.discovery import LOOPBACK, Service, check_address
+from runtime import State, Task, consume, param, periodic
+from runtime.bus import Subscription
+from runtime.profile import listed_consoles
+from runtime.task import ParameterError
+from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
+
+RETRY = 5.0  # s
+PORTS_TRIED = 5
+MOST_EVENTS = 1024  # packets that wait for the page; the oldest are dropped
+MOST_ORDERS = 256  # packets of the page that wait for the kernel
+
+
+class PageServer(Protocol):
+    """A web server of the page. `run` is for a thread of its own; `stop` ends it, from any thread."""
+
+    is_secure: bool
+    """Whether it is reached by https."""
+
+    def run(self) -> None: ...
+    def stop(self) -> None: ...
+
+
+class PageFactory(Protocol):
+    """Makes the server of a page that a vehicle's task serves at a socket that listens.
+
+    Raises ValueError with the reason if it must not be served so, OSError for files.
+    """
+
+    def __call__(self, task: "Console", listener: socket.socket) -> PageServer: ...
+
+
+class PagePackets:
+    """Packets that wait for the page: the latest of each message and entity, and all those that are events.
+
+    `put` is for the kernel's thread, `take` for another one. `console` is the id under which the page sends; `wake` is
+    called when an event waits. Counted: `dropped` events.
+    """
+
+    def __init__(self, console: int, wake: Callable[[], object]) -> None:
+        self._console, self._wake = console, wake
+        self._latest: dict[tuple[type, int], bytes] = {}
+        self._events: deque[bytes] = deque()
+        self.dropped: int = 0
+
+    def put(self, message: imc.Message, packet: bytes) -> None:
+        if message.dst != self._console and not isinstance(message, imc.LogBookEntry):
+            self._latest[type(message), message.src_ent] = packet
+            return
+        if len(self._events) >= MOST_EVENTS:
+            self._events.popleft()
+            self.dropped += 1
+        self._events.append(packet)
+        self._wake()
+
+    def take(self) -> list[bytes]:
+        """All that waits, which waits no longer; events first."""
+        found = [self._events.popleft() for _ in range(len(self._events))]
+        found += [self._latest.pop(place) for place in list(self._latest)]
+        return found
+
+
+class Console(Task):
+    """Serves the page of `shoal console` for this vehicle; the program that runs the vehicle brings the server.
+
+    `shoal run` prints a link that logs in once. At another address than 127.0.0.1 the page needs users and a
+    certificate. The page gets the latest messages a few times a second while somebody looks, and its orders are those
+    of an IMC console. Its threads only leave packets for the kernel, and take those that the kernel has left.
+    """
+
+    external = True
+    requires = "console"
+    optional = True
+
+    make_page: PageFactory | None = None
+    """Set by the program that runs the vehicle."""
+
+    address: str = param(
+        LOOPBACK,
+        "",
+        "Address to listen at. Any but 127.0.0.1 needs users (shoal console user) and TLS (shoal console certificate).",
+        editable=False,
+    )
+    port: int = param(
+        8080,
+        "1",
+        "Port to listen at; if it is taken, one of the next four, else any. 0 takes any.",
+        minimum=0,
+        maximum=65535,
+        editable=False,
+    )
+    access_folder: str = param(
+        "",
+        "",
+        "Folder with the users, certificate.pem and key.pem; empty means that of `shoal console user`.",
+        editable=False,
+    )
+    map_tiles: str = param("", "", "Folder with map tiles, .mbtiles and .pmtiles files.", editable=False)
+
+    loopback_internal_messages: bool = param(
+        True, "", "Show the messages of this task itself: they name what users do.", editable=False
+    )
+
+    def configure(self) -> None:
+        try:
+            check_address(self.address)
+        except ValueError as error:
+            raise ParameterError("Address", str(error)) from None
+        self.commanders = listed_consoles(self)
+
+    def start(self) -> None:
+        self._page: PageServer | None = None
+        self._packets: PagePackets | None = None
+        self._subscribed: dict[str, Subscription] = {}
+        self._orders: deque[bytes] = deque()
+        self._trouble = ""
+        self._announce: tuple[imc.Announce, bytes] | None = None
+        self.lost_orders = self.malformed = 0
+        self._open()
+
+    def stop(self) -> None:
+        if self._page is not None:
+            self._page.stop()
+
+    @consume(packets=True)
+    def on_announce(self, announce: imc.Announce, packet: bytes) -> None:
+        """Keep the type of the vehicle for a page that begins later."""
+        self._announce = announce, packet
+
+    @periodic(1.0)
+    def report(self) -> None:
+        if self._page is None:
+            return
+        lost = self._packets.dropped if self._packets is not None else 0
+        counts = {"events dropped": lost, "orders dropped": self.lost_orders, "malformed orders": self.malformed}
+        counted = "".join(f"; {number} {what}" for what, number in counts.items() if number)
+        self.set_entity_state(State.NORMAL, f"port {self._open_port}{counted}")
+
+    def _open(self) -> None:
+        make_page = self.make_page
+        if make_page is None:
+            self.set_entity_state(State.NORMAL, "not served: `shoal run` serves the page")
+            return
+        try:
+            listener = listening_socket(self.address, self.port, PORTS_TRIED)
+            try:
+                self._page = make_page(self, listener)
+            except Exception:
+                listener.close()
+                raise
+        except (OSError, ValueError) as error:
+            trouble = f"no page: {error.filename}: {error.strerror}" if isinstance(error, OSError) else str(error)
+            if trouble != self._trouble:
+                self._trouble = trouble
+                self.log.error(trouble)
+            self.set_entity_state(State.ERROR, trouble)
+            self.after(RETRY, self._open)
+            return
+        self._trouble = ""
+        self._open_port: int = listener.getsockname()[1]
+        self.run_in_thread(self._page.run)
+        service = Service("https" if self._page.is_secure else "http", self.address, self._open_port)
+        announce_listening_service(self, service, self.port)
+        self.report()
+
+    # Called from the page's thread
+
+    def connect_page(self, console: int, wake: Callable[[], object]) -> PagePackets:
+        """Keep packets for the page, which sends as a console with this id; `wake` is called in the kernel's thread."""
+        self._packets = PagePackets(console, wake)
+        return self._packets
+
+    def request_messages(self, names: Collection[str]) -> None:
+        """Keep messages of some types of this vehicle, from now on; without any, all."""
+        self._kernel.post(self._subscribe, tuple(names))
+
+    def take_order(self, packet: bytes) -> None:
+        """Put a packet of the page on the bus."""
+        if len(self._orders) >= MOST_ORDERS:
+            self.lost_orders += 1
+            return
+        self._orders.append(packet)
+        self._kernel.post(self._relay_order)
+
+    def note(self, text: str) -> None:
+        """Write what a user does into the log book."""
+        self._kernel.post(self.log.info, text)
+
+    # Called by those
+
+    def _subscribe(self, names: Collection[str]) -> None:
+        packets, bus = self._packets, self.vehicle.bus
+        if packets is None or "" in self._subscribed:
+            return
+        if self._announce is not None and "Announce" in names:
+            packets.put(*self._announce)
+        if not names:
+            for subscription in self._subscribed.values():
+                bus.remove_subscription(subscription)
+        for name in names or ("",):
+            if name in self._subscribed or (name and name not in bus.messages.types):
+                continue
+            kind = bus.messages[name] if name else imc.Message
+            subscription = self._subscribed[name] = Subscription(kind, packets.put, self, packets=True)
+            bus.subscribe(subscription)
+
+    def _relay_order(self) -> None:
+        try:
+            self.relay(self._orders.popleft())
+        except imc.DecodeError:
+            self.malformed += 1
