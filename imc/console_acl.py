@@ -49,6 +49,8 @@ class ConsoleAcl:
         self.page_users: frozenset[str] = frozenset(
             item[len(PAGE) :].strip() for item in items if item.startswith(PAGE)
         )
+        if "" in self.page_users:
+            raise ValueError(f"{quoted(PAGE)} names no user of the page")
         self.stations: dict[int, set[str]] = _listed_stations(
             item[len(MAVLINK) :] for item in items if item.startswith(MAVLINK)
         )

@@ -6,15 +6,14 @@ import socket
 from collections.abc import Iterable
 from ipaddress import ip_address
 from pathlib import Path
-
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+from typing import TYPE_CHECKING
 
 from runtime.network_interfaces import interfaces
 from support.atomic_files import write_file
 from support.terminal_text import quoted
+
+if TYPE_CHECKING:
+    from cryptography import x509
 
 LABEL = r"[A-Za-z0-9_](?:[A-Za-z0-9_-]{0,61}[A-Za-z0-9])?"
 NAME = re.compile(rf"(?=.{{1,253}}$){LABEL}(?:\.{LABEL})*")
@@ -37,6 +36,11 @@ def make_certificate(folder: Path, names: Iterable[str]) -> str:
 
     Raises ValueError for a name that is none, OSError.
     """
+    from cryptography import x509  # large, and not needed on the loopback address
+    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
     named = list(names)
     key = ec.generate_private_key(ec.SECP256R1())
     now = datetime.datetime.now(datetime.UTC)
@@ -76,6 +80,8 @@ def make_certificate(folder: Path, names: Iterable[str]) -> str:
 
 def certificate_names(path: Path) -> list[str]:
     """The names and addresses of computers in a certificate. Raises ValueError, OSError."""
+    from cryptography import x509
+
     found = x509.load_pem_x509_certificate(path.read_bytes())
     try:
         names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
@@ -84,7 +90,9 @@ def certificate_names(path: Path) -> list[str]:
     return [*names.get_values_for_type(x509.DNSName), *map(str, names.get_values_for_type(x509.IPAddress))]
 
 
-def _general_name(name: str) -> x509.GeneralName:
+def _general_name(name: str) -> "x509.GeneralName":
+    from cryptography import x509
+
     try:
         return x509.IPAddress(ip_address(name))
     except ValueError:

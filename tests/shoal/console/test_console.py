@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.outside import until
-from tests.shoal.console.operator_page import OperatorPage, operator_page
+from tests.shoal.console.operator_page import OperatorPage, frame_of, operator_page
 from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
@@ -18,7 +18,8 @@ PLAN = 'plan: "east"\nmaneuvers:\n- goto: {lat: 41.1850°, lon: -8.7000°, depth
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    with running(tmp_path_factory.mktemp("vehicle")), operator_page() as found:
+    with running(tmp_path_factory.mktemp("vehicle")) as vehicle, operator_page() as found:
+        found.vehicle_output = vehicle.log
         found.log_in()
         until(lambda: mode(found) == "service", 40.0)
         yield found
@@ -87,6 +88,12 @@ def test_a_plan_is_stored_drawn_started_held_and_aborted(page):
     assert re.match(r"(obeyed|aborted): mode (error|service)", aborted["text"]), aborted
     until(lambda: mode(page) == "service", 40.0)
     assert page.order(NAME, "delete", plan="east")["ok"]
+
+
+def test_an_order_is_in_the_log_of_the_vehicle_with_its_user(page):
+    page.order(NAME, "delete", plan="nope")
+    until(lambda: "Console] local: delete nope" in page.vehicle_output.read_text())
+    assert [NAME, "info", "Console", "local: delete nope"] in [entry[1:] for entry in frame_of(page)["log"]]
 
 
 def test_abort_all_is_one_request_with_the_answer_of_each_vehicle(page):

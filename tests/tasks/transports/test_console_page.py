@@ -1,0 +1,164 @@
+"""The task that serves the vehicle's page: ports, servers that must not be, packets in both directions."""
+
+import socket
+import threading
+import time
+
+import pytest
+
+import imc
+from imc.console_acl import ConsoleAcl
+from runtime.kernel import WallClock
+from runtime.profile import load_profile
+from runtime.task import State
+from runtime.vehicle import build
+from tasks.transports.console import MOST_EVENTS, PagePackets
+from tests.outside import free_port, until
+
+CONSOLE = 0x4321
+SECTION = "Transports.Console"
+
+
+class Server:
+    """A server that serves nothing, until it is stopped."""
+
+    is_secure = False
+
+    def __init__(self, task, listener):
+        self.task, self.listener = task, listener
+        self.ended = threading.Event()
+        self.woken = threading.Event()
+        self.packets = task.connect_page(CONSOLE, self.woken.set)
+
+    def run(self):
+        self.ended.wait()
+
+    def stop(self):
+        self.ended.set()
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Runs a vehicle with nothing but the page, in a thread; returns its task."""
+    ends = []
+
+    def begin(make_page=Server, **options):
+        settings = [f"{SECTION}:{name.replace('_', ' ')}={value}" for name, value in options.items()]
+        profile = load_profile("lauv-noptilus-1", overrides=[*settings, f"{SECTION}:Enabled=Always"])
+        made = build(profile, frozenset(), clock=WallClock(), log_root=tmp_path)
+        vehicle = made.vehicle
+        task = next(task for task in vehicle.tasks if task.name == SECTION)
+        task.make_page = make_page
+        texts = task.texts = []
+        vehicle.observe(imc.LogBookEntry, lambda entry: texts.append(entry.text))
+        services = task.services = []
+        vehicle.observe(imc.AnnounceService, lambda offer: services.append(offer.service))
+        vehicle.start()
+        thread = threading.Thread(target=lambda: vehicle.run(60.0))
+        thread.start()
+        ends.append((vehicle, thread))
+        until(lambda: task.entity.stateful)
+        return task
+
+    yield begin
+    for vehicle, thread in ends:
+        vehicle.kernel.post(vehicle.kernel.stop)
+        thread.join(10.0)
+        vehicle.close()
+
+
+def test_a_port_that_is_taken_is_logged_and_the_next_one_serves(run):
+    port = free_port()
+    with socket.create_server(("127.0.0.1", port)):
+        task = run(Port=port)
+        until(lambda: task.services)
+        (service,) = task.services
+        other = int(service.removeprefix("http://127.0.0.1:").strip("/"))
+        assert other not in (0, port)
+        until(lambda: task.texts)
+        assert task.texts == [f"port {port} is taken: listens at {other}"]
+        assert (task.entity.state, task.entity.description) == (State.NORMAL, f"port {other}")
+
+
+def test_without_a_program_that_serves_it_there_is_no_page(run):
+    task = run(make_page=None, Port=free_port())
+    assert (task.entity.state, task.services) == (State.NORMAL, [])
+    assert task.entity.description == "not served: `shoal run` serves the page"
+
+
+def test_a_page_that_must_not_be_served_is_told_once_and_tried_again(run, monkeypatch):
+    monkeypatch.setattr("tasks.transports.console.RETRY", 0.05)
+    sockets = []
+
+    def refuse(task, listener):
+        sockets.append(listener)
+        raise ValueError("make a user first")
+
+    task = run(make_page=refuse, Port=0)
+    until(lambda: len(sockets) > 3)
+    assert {each.fileno() for each in sockets[:3]} == {-1}
+    assert (task.texts, task.entity.state) == (["make a user first"], State.ERROR)
+    task.make_page = Server
+    until(lambda: task.entity.state is State.NORMAL)
+
+
+def test_orders_go_to_the_bus_and_answers_to_the_page(run):
+    task = run(Port=0)
+    server = task._page
+    heard = []
+    task.vehicle.observe(imc.Abort, heard.append)
+    task.request_messages(["LogBookEntry", "Heartbeat", "NoSuchMessage"])
+    task.take_order(b"nonsense")
+    task.take_order(imc.encode_with_header(imc.Abort(), time.time(), CONSOLE, 0, task.system, 0xFF))
+    task.note("anna: abort")
+    until(lambda: heard)
+    assert (heard[0].src, heard[0].dst) == (CONSOLE, task.system)
+    assert server.woken.wait(10.0)
+    texts = [
+        message.text for packet in server.packets.take() if (message := imc.decode(packet)).ID == imc.LogBookEntry.ID
+    ]
+    assert texts[-1] == "anna: abort"
+    until(lambda: task.malformed == 1)
+
+
+def packet_of(message):
+    return imc.encode(message)
+
+
+def test_the_page_gets_the_latest_of_each_entity_and_every_event():
+    wakes = []
+    packets = PagePackets(CONSOLE, lambda: wakes.append(1))
+    for value in range(3):
+        for entity in (1, 2):
+            message = imc.Temperature(src_ent=entity, value=float(value))
+            packets.put(message, packet_of(message))
+    assert wakes == []
+    reply = imc.PlanControl(dst=CONSOLE, plan_id="x")
+    packets.put(reply, packet_of(reply))
+    packets.put(reply, packet_of(reply))
+    assert len(wakes) == 2
+    found = [imc.decode(packet) for packet in packets.take()]
+    assert [type(message).__name__ for message in found] == ["PlanControl", "PlanControl", "Temperature", "Temperature"]
+    assert [message.value for message in found[2:]] == [2.0, 2.0]
+    assert packets.take() == []
+
+
+def test_a_page_that_takes_nothing_costs_bounded_memory():
+    packets = PagePackets(CONSOLE, lambda: None)
+    entry = imc.LogBookEntry(text="again")
+    for _ in range(MOST_EVENTS + 10):
+        packets.put(entry, packet_of(entry))
+    assert (len(packets.take()), packets.dropped) == (MOST_EVENTS, 10)
+
+
+def test_the_list_of_consoles_may_name_users_of_the_page():
+    def nobody(_):
+        return None
+
+    assert ConsoleAcl([], nobody).allows_page_user("anna")
+    listed = ConsoleAcl(["page:anna", "page: ben"], nobody)
+    assert [listed.allows_page_user(name) for name in ("anna", "ben", "local", "")] == [True, True, False, False]
+    assert not listed.allows(0x4101, "127.0.0.1", imc.Abort.ID)
+    assert not ConsoleAcl(["mavlink:255"], nobody).allows_page_user("local")
+    with pytest.raises(ValueError, match="page:"):
+        ConsoleAcl(["page:"], nobody)
