@@ -1,4 +1,4 @@
-"""Which task publishes which topic, and which tasks consume it."""
+"""The connection graph: publishing and consuming tasks of each topic."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache

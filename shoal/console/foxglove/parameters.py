@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import cast
 
 from shoal.console.authority import AuthorityError, Permit
-from shoal.console.foxglove.protocol import Json, NamedValue
+from shoal.console.foxglove.protocol import Json, ParameterSetting
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
@@ -40,7 +40,7 @@ class ParameterAccess:
         found = await asyncio.gather(*(self._some_of(place, wanted[place], report) for place in wanted))
         return [value for values in found for value in values]
 
-    async def set(self, values: Iterable[NamedValue], report: Report) -> list[Json]:
+    async def set(self, values: Iterable[ParameterSetting], report: Report) -> list[Json]:
         """Set parameters; returns those that the vehicle has accepted."""
         texts: dict[str, str] = {}
         for value in values:

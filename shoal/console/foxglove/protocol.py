@@ -53,22 +53,22 @@ class Unsubscribe(_Op, tag="unsubscribe", frozen=True):
     subscription_ids: list[int]
 
 
-class GetParameters(_Op, tag="getParameters", frozen=True):
+class GetParametersRequest(_Op, tag="getParameters", frozen=True):
     """All parameters if no name is given."""
 
     parameter_names: list[str]
     id: str | None = None
 
 
-class NamedValue(msgspec.Struct, frozen=True):
+class ParameterSetting(msgspec.Struct, frozen=True):
     """A parameter; without a value it is to be removed."""
 
     name: str
     value: Any = None
 
 
-class SetParameters(_Op, tag="setParameters", frozen=True):
-    parameters: list[NamedValue]
+class SetParametersRequest(_Op, tag="setParameters", frozen=True):
+    parameters: list[ParameterSetting]
     id: str | None = None
 
 
@@ -104,8 +104,8 @@ class ServiceCall(NamedTuple):
 Request = (
     Subscribe
     | Unsubscribe
-    | GetParameters
-    | SetParameters
+    | GetParametersRequest
+    | SetParametersRequest
     | SubscribeParameterUpdates
     | UnsubscribeParameterUpdates
     | SubscribeConnectionGraph
@@ -188,7 +188,7 @@ def connection_graph_update(
     services: Mapping[str, Iterable[str]],
     removed: Iterable[str],
 ) -> str:
-    """Who publishes and subscribes each topic, and provides each service, of those that have changed."""
+    """Publishers and subscribers of each topic, and providers of each service, of those that have changed."""
     return _text(
         {
             "op": "connectionGraphUpdate",

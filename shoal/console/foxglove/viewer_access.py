@@ -1,11 +1,11 @@
-"""Who may connect a viewer, and whether it may only watch."""
+"""Access of viewers: tokens to watch or to operate, and allowed origins."""
 
 import hmac
 import secrets
 from collections.abc import Collection
 
 DESKTOP_ORIGINS = ("file://", "null")
-"""What viewers that are no web pages send as their origin; a page in a file needs the token, too."""
+"""Origins that viewers send which are no web pages; a page in a file needs the token, too."""
 
 
 class ViewerAccess:
