@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from support.pose import DOWN
+from tests.repeats import repeat
 from world.detection import (
     BlobDetector,
     DetectionAccuracy,
@@ -91,8 +92,8 @@ def test_gliders_are_found_and_within_five_centimeters():
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize(("pictures", "width"), [(3000, 640), (300, 1280)])
-def test_ten_minutes_without_a_false_track(pictures, width):
+@pytest.mark.parametrize(("pictures", "width"), [(300, 640), repeat((3000, 640)), repeat((300, 1280))])
+def test_minutes_without_a_false_track(pictures, width):
     share, errors, false = sail(pictures, width)
     assert share >= 0.99
     assert math.sqrt(np.mean(np.square(errors))) <= 0.05

@@ -12,6 +12,7 @@ import pytest
 from support.pose import DOWN
 from support.rotations import rotation
 from tasks.vision.cameras.camera_metadata import describe_camera
+from tests.repeats import repeat
 from world.objects import APRIL_GRID, ObjectPosition, Waypoint, WorldObject
 from world.optics import FisheyeModel, PinholeModel, kannala_brandt_lens, preset_lens
 from world.rendering import (
@@ -125,7 +126,7 @@ def test_tags_are_found_with_their_numbers():
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize(("optics", "spread"), [(BROWN, 0.25), (FINE, 0.45)], ids=["brown", "kannala"])
+@pytest.mark.parametrize(("optics", "spread"), [(BROWN, 0.25), repeat((FINE, 0.45))], ids=["brown", "kannala"])
 def test_a_calibration_gives_the_camera_back(optics, spread):
     """With a coarser fisheye, OpenCV draws corners far off the axis inwards by 0.1 px, in any exact picture."""
     found = (pair for pose in standpoints(60, spread) if (pair := seen(optics, pose)) is not None)
