@@ -11,6 +11,7 @@ from autonomy.control.enabled_loops import EnabledLoops
 from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
 from autonomy.control.flight_phase import FlightPhase
 from autonomy.control.heading_controller import HORIZONTAL, HeadingController
+from autonomy.control.immersion_detector import ImmersionDetector
 from autonomy.control.landing_reasons import LandingReasons
 from autonomy.control.measured_depth import DepthCondition, MeasuredDepth
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
@@ -45,6 +46,7 @@ __all__ = [
     "Fins",
     "FlightPhase",
     "HeadingController",
+    "ImmersionDetector",
     "LandingReasons",
     "MeasuredDepth",
     "MultirotorCommand",

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 import imc
-from autonomy.control import AscentMonitor, DepthCondition, MeasuredDepth, ascent_fins, blind_ascent_fins
+from autonomy.control import AscentMonitor, ImmersionDetector, MeasuredDepth, ascent_fins, blind_ascent_fins
 from autonomy.limits import OperatingLimits
 from autonomy.navigation import LARGEST_PITCH, LARGEST_ROLL, AttitudeRange
 from runtime import ParameterError, State, Task, consume, param, periodic
@@ -22,7 +22,6 @@ COMMANDS = (imc.SetThrusterActuation, imc.SetServoPosition)
 CROSS = 4  # fins: below, port, starboard, above
 DEPTH_TIMEOUT = ATTITUDE_TIMEOUT = 2.0  # s
 FIX_TIMEOUT, DEEPEST_FIX = 2.5, 5.0  # s; m that a depth sensor may be wrong at the surface
-DEEPEST_BENCH = 5.0  # m that a depth sensor may show on a bench, until a control loop has been enabled
 STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wrong by more
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
@@ -40,7 +39,8 @@ class Failsafe(Task):
     With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
     goes astern, and ahead while its bow is up. The motor of a vehicle that may stand on a bench does not turn: no
-    control loop has been enabled since the start, and no depth was greater than 5 m for 1 s.
+    control loop has been enabled since the start, no depth was greater than 5 m for 1 s, and no altitude has decreased
+    by 1 m as the depth has increased.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -105,7 +105,6 @@ class Failsafe(Task):
         self._angles: Vector = (0.0, 0.0, 0.0)
         self._rates: Vector = (0.0, 0.0, 0.0)
         self._sensed = MeasuredDepth()
-        self._sensed_sea, self._estimated_sea = DepthCondition(), DepthCondition()
         self._felt = self._fixed = self._estimated = self._surfaced = -math.inf
         self._floats = False
         self._estimated_depth = -math.inf
@@ -114,7 +113,7 @@ class Failsafe(Task):
         self._ascending = self._reported = False
         # Kept over restarts of this task at sea, which receives no second order of what is under way.
         self._missed: dict[str, int] = getattr(self, "_missed", {})
-        self._is_at_sea = getattr(self, "_is_at_sea", False)
+        self._immersion = getattr(self, "_immersion", ImmersionDetector())
         self._loops, self._scope = getattr(self, "_loops", 0), getattr(self, "_scope", 0)
         self._is_loop_doubtful = self._loops != 0
         self._limit = self._own.deepest
@@ -124,7 +123,7 @@ class Failsafe(Task):
 
     @consume
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
-        self._is_at_sea |= loops.enable == loops.Enable.ENABLE and loops.mask != 0
+        self._immersion.is_at_sea |= loops.enable == loops.Enable.ENABLE and loops.mask != 0
         if loops.scope_ref >= self._scope:
             self._scope = loops.scope_ref
             self._loops = self._loops | loops.mask if loops.enable else self._loops & ~loops.mask
@@ -146,7 +145,7 @@ class Failsafe(Task):
         if not math.isfinite(depth.value):
             return  # no measurement
         self._sensed.update(self.now, depth.value, self._limit + self.depth_margin)
-        self._is_at_sea |= self._sensed_sea.update(self.now, depth.value > DEEPEST_BENCH)
+        self._immersion.record_depth(self.now, depth.value)
         self._sensor = self.vehicle.entities.label(depth.src, depth.src_ent)
 
     @consume
@@ -154,7 +153,7 @@ class Failsafe(Task):
         """Use the estimate where the sensor is silent, and its vertical speed where the sensor is wrong."""
         if math.isfinite(state.depth):
             self._estimated, self._estimated_depth = self.now, state.depth
-            self._is_at_sea |= self._estimated_sea.update(self.now, state.depth > DEEPEST_BENCH)
+            self._immersion.record_estimate(self.now, state.depth, state.alt)
             self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
             self._estimated_pitch = state.theta
 
@@ -251,7 +250,7 @@ class Failsafe(Task):
     def _watch_ascent(self) -> None:
         """Begin and end the powered ascent of an uncontrolled vehicle."""
         ascent, now, before = self._ascent, self.now_without_stalls, self._ascent.failed
-        if self._loops or not self._is_at_sea:
+        if self._loops or not self._immersion.is_at_sea:
             ascent.reset(now)
             ascent.heavy = self._reported = False
         elif self.age(max(self._sensed.time, self._estimated)) < DEPTH_TIMEOUT:

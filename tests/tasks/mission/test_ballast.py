@@ -6,9 +6,10 @@ from functools import cache
 
 import pytest
 from flying import goto, plan_of
-from lean import BLIND
+from lean import BLIND, UNLOGGED
 
 import imc
+from shoal.missions import prepare
 from tests.tasks.mission.lies import AHRS, DEEP, DEPTH, FAULT, Flight, Mode, all_of, lies
 from tests.tasks.mission.underway import underway
 
@@ -66,6 +67,23 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_that_of_the_
     assert max(flight.depths) < 25.0
     assert max(flight.depths[-3000:]) < 1.6
     assert min(flight.depths[-3000:]) < 0.3
+
+
+def test_a_vehicle_that_sinks_before_its_first_plan_comes_up(tmp_path):
+    """That it sinks, a bench cannot show: its altitude decreases as its depth increases."""
+    depths, driven = [], []
+    places = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
+    vehicle = prepare("lauv-noptilus-1", overrides=(UNLOGGED, DEEP, BLIND), **places).vehicle
+    vehicle.observe(imc.SimulatedState, lambda truth: depths.append(truth.z))
+    vehicle.observe(imc.SetThrusterActuation, lambda command: driven.append(command.value))
+    vehicle.start()
+    vehicle.run(10.0)
+    ballast(0.3)(vehicle)
+    vehicle.run(110.0)
+    vehicle.close()
+    assert any(driven)
+    assert 1.0 < max(depths) < 3.0
+    assert max(depths[-1000:]) < 1.0
 
 
 def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_shows_three_times_its_way(fly, tmp_path):
