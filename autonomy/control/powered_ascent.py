@@ -18,6 +18,7 @@ PULSE, COAST, SINKS_AGAIN = 3.0, 8.0, 0.2  # s, s, m: astern, the bow comes up i
 AHEAD, AHEAD_TIME = math.radians(10.0), 1.0  # with the bow so far up, going ahead lifts it; s that a pitch is good for
 STEEP, LEVELED = math.radians(-30.0), math.radians(-20.0)  # no plan pitches the bow down so far
 STEEP_FOR, SINKS_STEEPLY, LONGEST_STOP = 0.5, 0.05, 8.0  # s, m/s upward at most, s: a dive that going astern stops
+SINKS_SLOWLY, COASTED, SINKS_FOR = 0.02, 0.5, 4.0  # m/s, m/s, s: no dive, but a weight that leads to the bottom
 LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
@@ -70,6 +71,7 @@ class AscentMonitor:
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         self._bow_up, self._pitched = False, -math.inf
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
+        self._grounds = math.inf
 
     @property
     def share(self) -> float:
@@ -98,6 +100,7 @@ class AscentMonitor:
         self._unseen, self.pitch_faulty = 0.0, False
         self.astern &= not self.stops_dive
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
+        self._grounds = math.inf
 
     def update(
         self,
@@ -118,13 +121,14 @@ class AscentMonitor:
             self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
         self._depth, self._updated = depth, now
         self._end_long_stop(now)
-        shallow = depth <= self.surface - (ABOVE if self.helping else 0.0)
+        shallow = depth <= self.surface + (ABOVE if self._climbs else -ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced:
             self._sank |= jumped > 0.0 or self._risen < -SANK
             self._jumped = jumped
             if self.heavy or depth < IN_THE_AIR or self._sank:
                 self._climb(now, depth)
                 return
+        self.heavy |= surfaced and self._climbs and self._risen > SANK
         self._doubted, self._climbs, self._sank = None, False, False
         self._risen = 0.0 if surfaced else self._risen
         if surfaced or shallow:
@@ -163,6 +167,16 @@ class AscentMonitor:
         if now - self._steep > STEEP_FOR and self._stopped == math.inf and not (self.helping or self.astern):
             self.helping = self.astern = self.stops_dive = True
             self._stopped, self._coasts = now, -math.inf
+
+    def watch_bottom(self, now: float, altitude: float, speed: float, rising: float) -> None:
+        """Do not wait for the buoyancy of a vehicle that would be on the bottom before.
+
+        `altitude` is that above the bottom (m, below zero if it is unknown), `speed` ahead and `rising` upward (m/s).
+        On the bottom fins have no effect.
+        """
+        reaches = 0.0 <= altitude < -rising * self.delay
+        sinks = reaches and rising < -SINKS_SLOWLY and abs(speed) < COASTED
+        self._grounds = min(self._grounds, now) if sinks else math.inf
 
     def _end_long_stop(self, now: float) -> None:
         """End it also where pitch and speed, which `stop_dive` needs, are missing."""
@@ -208,7 +222,8 @@ class AscentMonitor:
         self._since = now
         if self._doubted is None:
             self._doubted = now
-        patience = 0.0 if self.heavy and depth < IN_THE_AIR else UNFIXED if self.heavy else PAUSE
+        sinks = self.heavy or self._risen < -SANK
+        patience = 0.0 if self.heavy and depth < IN_THE_AIR else UNFIXED if sinks else PAUSE
         if not self._climbs and now - self._doubted < patience:
             return
         if not self._climbs:
@@ -252,7 +267,8 @@ class AscentMonitor:
             self._extreme, self._since, self._deepest, self._risen = depth, now, now, 0.0
         sinks = self.heavy and self._afloat is not None and depth > self.surface
         begins = SETTLED < now - self._deepest <= self.delay
-        if (sinks or (now - self._since > self.delay and not begins)) and now >= self._paused:
+        grounds = now - self._grounds > SINKS_FOR
+        if (sinks or grounds or (now - self._since > self.delay and not begins)) and now >= self._paused:
             self.helping = self.heavy = True
             self._begun = self._extreme = depth
             self._since = now

@@ -109,7 +109,7 @@ class Failsafe(Task):
         self._floats = False
         self._estimated_depth = -math.inf
         self._estimated_rising: float | None = None
-        self._estimated_pitch = math.nan
+        self._estimated_pitch = self._speed = self._altitude = math.nan
         self._ascending = self._reported = False
         # Kept over restarts of this task at sea, which receives no second order of what is under way.
         self._missed: dict[str, int] = getattr(self, "_missed", {})
@@ -155,7 +155,7 @@ class Failsafe(Task):
             self._estimated, self._estimated_depth = self.now, state.depth
             self._immersion.record_estimate(self.now, state.depth, state.alt)
             self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
-            self._estimated_pitch = state.theta
+            self._estimated_pitch, self._speed, self._altitude = state.theta, state.u, state.alt
 
     @consume
     def record_fix(self, fix: imc.GpsFix) -> None:
@@ -261,6 +261,8 @@ class Failsafe(Task):
             surfaced = fixed and (depth < DEEPEST_FIX or ascent.failed or self._floats)
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
             ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, self._sensed.jumped_up)
+            if rising is not None:
+                ascent.watch_bottom(now, self._altitude, self._speed, rising)
             if rising is not None and abs(self._estimated_pitch) <= LARGEST_PITCH and not surfaced:
                 ascent.stop_dive(now, self._estimated_pitch, rising)
         else:

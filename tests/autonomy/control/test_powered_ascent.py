@@ -269,6 +269,39 @@ def test_a_vehicle_that_sinks_by_its_vertical_speed_climbs_although_its_depth_is
     assert not monitor.heavy, "it may be at the surface"
 
 
+def test_a_climb_does_not_end_for_the_noise_of_a_depth_near_that_of_the_surface():
+    monitor, true, driven = AscentMonitor(0.3, 20.0), 5.0, []
+    monitor.reset(0.0)
+    for tick in range(4 * 60):
+        rising = 0.45 if monitor.helping else -0.035
+        monitor.update(0.25 * tick, 0.1 + 0.1 * math.sin(tick), False, True, rising)
+        true -= 0.25 * rising
+        driven.append(monitor.helping)
+    assert true < 1.0
+    assert all(driven[driven.index(True) :])
+
+
+def test_a_vehicle_that_would_reach_the_bottom_before_is_not_left_to_its_buoyancy():
+    def begins(altitude, sinking, speed=0.2, seconds=15.0):
+        """Time (s) at which help begins for an altitude (m) of the time and a vertical speed (m/s)."""
+        monitor = AscentMonitor(0.3, 20.0)
+        monitor.reset(0.0)
+        for tick in range(round(4 * seconds)):
+            now = 0.25 * tick
+            monitor.watch_bottom(now, altitude(now), speed, -sinking)
+            monitor.update(now, 10.0 + sinking * now, False, False, -sinking)
+            if monitor.helping:
+                return now
+        return math.inf
+
+    assert 4.0 < begins(lambda t: 1.5 - 0.1 * t, 0.1) < 5.0
+    assert 8.0 < begins(lambda t: 2.5 - 0.1 * t, 0.1) < 10.0, "then the bottom is 20 s away"
+    assert begins(lambda t: 1.5, -0.06) == math.inf, "it rises"
+    assert begins(lambda t: 1.5 - 0.1 * t, 0.1, speed=1.0) == math.inf, "it is in a dive that ends"
+    assert begins(lambda t: 1.5 - 0.1 * t if t % 3.0 else 9.0, 0.1) == math.inf, "the altitude is not steady"
+    assert begins(lambda t: -1.0, 0.1) == math.inf, "none is known"
+
+
 def test_a_vehicle_whose_depth_has_jumped_to_the_surface_climbs():
     depths, _ = sinks_unseen(0.0, 5.0)
     assert depths[-1] < 0.1

@@ -69,6 +69,23 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_that_of_the_
     assert min(flight.depths[-3000:]) < 0.3
 
 
+def test_a_vehicle_that_sinks_slowly_comes_up_although_its_depth_is_that_of_the_surface(fly, tmp_path):
+    """With 0.3 kg it sinks by 4 cm/s, and its depth, 8 m too small, drifts on by 3 cm/s."""
+    drifts = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth - 0.2 * min(t, 40.0) - 0.03 * t))
+    flight = fly(tmp_path, all_of(ballast(0.3), drifts), 200.0)
+    assert 7.0 < max(flight.depths) < 8.3
+    assert max(flight.depths[-1000:]) < 1.6
+
+
+def test_a_vehicle_that_is_too_heavy_is_helped_before_it_is_on_the_bottom(tmp_path):
+    """There fins have no effect. Its plan ends 1.5 m above it, and it sinks by 2 m in the time that buoyancy has."""
+    low = goto(50, 0, 1.5).replace(z_units=imc.ZUnits.ALTITUDE)
+    state = underway("lauv-noptilus-1", plan_of(low), FAULT, DEEP.replace("120", "8"), BLIND)
+    flight = Flight(state, tmp_path, ballast(0.6), 150.0)
+    assert 6.5 < max(flight.depths) < 7.6
+    assert max(flight.depths[-1000:]) < 1.6
+
+
 def test_a_vehicle_that_sinks_before_its_first_plan_comes_up(tmp_path):
     """That it sinks, a bench cannot show: its altitude decreases as its depth increases."""
     depths, driven = [], []
