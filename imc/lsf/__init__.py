@@ -1,6 +1,6 @@
 """Logs on disk: reads messages, columns and tables, writes packets."""
 
-from imc.lsf.byte_reader import ReportProgress, unpacked_chunks
+from imc.lsf.byte_reader import Members, ReportProgress, open_reader, unpacked_chunks
 from imc.lsf.damage_list import DamageList
 from imc.lsf.gzip_members import COMPRESSIONS, Compression, compress_member
 from imc.lsf.log import Log
@@ -20,11 +20,13 @@ __all__ = [
     "DamageList",
     "Log",
     "LsfWriter",
+    "Members",
     "ParallelMap",
     "ReportProgress",
     "compress_member",
     "find_log",
     "gzip_schema",
+    "open_reader",
     "positions",
     "read_at_offsets",
     "read_neptus_index",

@@ -1,4 +1,4 @@
-"""`shoal console`: the page in the browser for all vehicles that are reached."""
+"""`shoal console`: the page in the browser for all vehicles that are reached, or for a log."""
 
 import asyncio
 import signal
@@ -11,9 +11,18 @@ import imc
 from imc.discovery import check_address
 from shoal.cli.console_access import FOLDER_HELP, certificate, user
 from shoal.cli.default_command_group import DefaultCommandGroup
+from shoal.cli.log.log_input import (
+    LOG,
+    errors_as_messages,
+    logs_of_argument,
+    progress_bar,
+    run_selection_options,
+)
 from shoal.cli.messages_option import messages_option
 from shoal.cli.optional_extra import require_extra
+from shoal.cli.options import log_dir_option
 from shoal.cli.remote_command import network_options, run_on_network
+from shoal.logs.log_states import LogStates
 from shoal.network import Network
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
@@ -32,6 +41,8 @@ console.add_command(certificate)
 
 
 @console.command()
+@click.argument("log", type=LOG, required=False)
+@run_selection_options(optional=("log",))
 @click.option("--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0 takes a free one.")
 @click.option(
     "--tiles",
@@ -59,9 +70,11 @@ console.add_command(certificate)
     metavar="URL",
     help="A web page that may connect as Foxglove does, such as https://app.foxglove.dev; may be given again.",
 )
+@log_dir_option
 @messages_option
 @network_options
 def page(
+    log: Path | None,
     port: int,
     tiles: Path | None,
     address: str,
@@ -69,15 +82,26 @@ def page(
     opens: bool,
     foxglove: str | None,
     origins: tuple[str, ...],
+    log_dir: Path,
     schema: imc.Schema,
     connection: dict[str, Any],
 ) -> None:
     """Show all vehicles on the network in the browser: map, states, log book, plots, plans, parameters, Abort.
 
+    With LOG, a folder or a Data.lsf of Shoal or DUNE, it plays this instead: play, pause, speed, seek. A virtual run
+    can be resumed from any time of it, into a new log below --log-dir.
+
     Prints a link that logs in once. Without --address the page is served to this computer only. Ctrl-C ends.
     """
     with require_extra("console"):  # a web server: not installed everywhere
-        from shoal.console import ConsoleServer, PageSecurityError, TileSets, access_folder, read_page_security
+        from shoal.console import (
+            ConsoleServer,
+            LogLink,
+            PageSecurityError,
+            TileSets,
+            access_folder,
+            read_page_security,
+        )
 
     maps = TileSets(tiles)
     try:
@@ -85,10 +109,16 @@ def page(
         security = read_page_security(address, folder or access_folder())
     except ValueError as error:
         raise (click.ClickException if isinstance(error, PageSecurityError) else click.UsageError)(str(error)) from None
+    player: LogLink | None = None
+    if log is not None:
+        with errors_as_messages(), progress_bar(log) as show:
+            player = LogLink(LogStates(log, show), logs_of_argument(log))
+        if player.notice:
+            click.echo(player.notice, err=True)
 
     async def act(network: Network) -> None:
         try:
-            server = ConsoleServer(network, port, maps, security=security, foxglove_origins=origins)
+            server = ConsoleServer(network, port, maps, player, log_dir, security=security, foxglove_origins=origins)
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
@@ -105,4 +135,11 @@ def page(
             click.launch(link)
         await server.serve(stopped)
 
-    run_on_network({**connection, "messages": schema}, act)
+    async def replay(player: LogLink) -> None:
+        async with Network([player], messages=player.states.schema) as network:
+            await act(network)
+
+    if player is None:
+        run_on_network({**connection, "messages": schema}, act)
+    else:
+        asyncio.run(replay(player))

@@ -5,6 +5,7 @@ from shoal.console.authority import Authority, AuthorityError
 from shoal.console.bus_link import BusLink
 from shoal.console.certificate import CERTIFICATE, certificate_names, make_certificate, own_names
 from shoal.console.lease import LeaseError, Leases
+from shoal.console.log_link import LogLink
 from shoal.console.page_security import PageSecurity, PageSecurityError, access_folder, read_page_security
 from shoal.console.server import ConsoleServer
 from shoal.console.tiles import TileSets
@@ -20,6 +21,7 @@ __all__ = [
     "ConsoleServer",
     "LeaseError",
     "Leases",
+    "LogLink",
     "LoginError",
     "PageSecurity",
     "PageSecurityError",

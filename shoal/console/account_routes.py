@@ -8,7 +8,7 @@ from starlette.routing import Route
 
 from shoal.console.access import Access, LoginError, PageSession
 from shoal.console.authority import Authority, AuthorityError
-from shoal.console.request_body import json_object
+from shoal.console.json_request import json_object
 from support.terminal_text import printable
 
 

@@ -1,7 +1,7 @@
 """The web application: page, frames, orders, plans, parameters and tiles."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from importlib.resources import files
 from typing import Any, cast
@@ -18,11 +18,12 @@ from shoal.console.access import Access, PageSession
 from shoal.console.account_routes import AccountRoutes
 from shoal.console.authority import Authority, AuthorityError
 from shoal.console.foxglove import FoxgloveRoutes, ViewerAccess
-from shoal.console.page_feed import PageFeed, Viewer, encode
+from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
+from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.plan_path import plan_path
-from shoal.console.request_body import json_object, parse_object
 from shoal.console.request_guard import RequestGuard
 from shoal.console.tiles import TileSets
+from shoal.console.users import Role
 from shoal.console.vehicle_orders import OrderError, carry_out
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
@@ -33,7 +34,6 @@ MOST_VIEWERS = 32
 CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
 MOST_WORDS = 4096  # bytes of a message of the page
-Answer = Callable[[Request], Awaitable[Response]]
 SERVICE = {  # for the menu of BlueOS, which asks each port of its computer
     "name": "Shoal",
     "description": "The vehicle on a map, its health, plans and log book",
@@ -51,7 +51,8 @@ class ConsoleApplication:
     """An ASGI application over a network whose event loop runs it.
 
     `hosts` are the names, with port, under which a browser reaches it; `libraries` the files of Leaflet and uPlot;
-    `viewer_access` says which Foxglove may connect.
+    `viewer_access` says which Foxglove may connect. `extensions` are further requests of the page, and may take the
+    place of orders.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class ConsoleApplication:
         libraries: Mapping[str, bytes],
         hosts: Collection[str],
         port: int,
+        extensions: PageExtensions,
         viewer_access: ViewerAccess | None = None,
     ) -> None:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
@@ -80,28 +82,43 @@ class ConsoleApplication:
             viewer_access or ViewerAccess(),
             authority,
         )
-        logged_in = self._logged_in
+        logged_in, instead = self._logged_in, extensions.instead_of_orders
         routes = [
             Route("/", self._page),
             Route("/files/{name}", self._file),
             Route("/healthz", self._health),
             Route("/register_service", self._register_service),
             *self._accounts.routes,
-            Route("/api/order", logged_in(self._order), methods=["POST"]),
-            Route("/api/plans", logged_in(self._plans)),
-            Route("/api/parameters", logged_in(self._parameters)),
+            Route("/api/order", logged_in(instead or self._order), methods=["POST"]),
+            Route("/api/plans", logged_in(instead or self._plans)),
+            Route("/api/parameters", logged_in(instead or self._parameters)),
             Route("/api/fields", logged_in(self._fields)),
             Route("/api/tiles", logged_in(self._tile_sets)),
             Route("/tiles/{name}/{zoom:int}/{column:int}/{row:int}", logged_in(self._tile)),
             WebSocketRoute("/frames", self._frames),
             *foxglove.routes,
         ]
+        routes.extend(Route(path, logged_in(answer)) for path, answer in extensions.questions.items())
+        posted = extensions.orders.items()
+        routes.extend(Route(path, logged_in(self._for_operators(answer)), methods=["POST"]) for path, answer in posted)
         self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts, foxglove.own_origins)
 
     def _logged_in(self, answer: Answer) -> Answer:
         async def checked(request: Request) -> Response:
             if not self._access.is_logged_in(request.cookies.get(self._cookie)):
                 return PlainTextResponse("log in first", 401)
+            return await answer(request)
+
+        return checked
+
+    def _for_operators(self, answer: Answer) -> Answer:
+        async def checked(request: Request) -> Response:
+            session = self._accounts.session(request)
+            assert session is not None
+            try:
+                self._authority.require_role(session.user, Role.OPERATE)
+            except AuthorityError as error:
+                return json_response({"ok": False, "text": printable(str(error))})
             return await answer(request)
 
         return checked
@@ -120,17 +137,17 @@ class ConsoleApplication:
         return PlainTextResponse("ok")
 
     async def _register_service(self, _: Request) -> Response:
-        return _json(SERVICE)
+        return json_response(SERVICE)
 
     async def _order(self, request: Request) -> Response:
         words, session = await json_object(request), self._accounts.session(request)
         assert session is not None
         if words.get("order") != "abort-all":
-            return _json(await self._answer(session, words.get("vehicle"), words))
+            return json_response(await self._answer(session, words.get("vehicle"), words))
         names = [system.name for system in self._network.systems.values() if system.is_vehicle]
         answers = await asyncio.gather(*(self._answer(session, name, {"order": "abort"}) for name in names))
         found = [{"vehicle": name, **answer} for name, answer in zip(names, answers, strict=True)]
-        return _json({"ok": all(answer["ok"] for answer in answers), "answers": found})
+        return json_response({"ok": all(answer["ok"] for answer in answers), "answers": found})
 
     async def _answer(self, session: PageSession, name: object, words: Mapping[str, object]) -> dict[str, Any]:
         """Carry out an order: whether the vehicle obeys, and a sentence for the operator."""
@@ -148,21 +165,21 @@ class ConsoleApplication:
             vehicle = self._vehicle(request.query_params.get("vehicle"))
             name = request.query_params.get("plan")
             if name is None:
-                return _json({"ok": True, "plans": await vehicle.plan.list()})
+                return json_response({"ok": True, "plans": await vehicle.plan.list()})
             plan = await vehicle.plan.get(name)
         except NetworkError as error:
-            return _json({"ok": False, "text": printable(str(error))})
-        return _json({"ok": True, "path": plan_path(plan)})
+            return json_response({"ok": False, "text": printable(str(error))})
+        return json_response({"ok": True, "path": plan_path(plan)})
 
     async def _parameters(self, request: Request) -> Response:
         try:
             vehicle = self._vehicle(request.query_params.get("vehicle"))
             entity = request.query_params.get("entity")
             if entity is None:
-                return _json({"ok": True, "entities": sorted(await vehicle.param.entity_ids())})
-            return _json({"ok": True, "values": await vehicle.param.get(entity)})
+                return json_response({"ok": True, "entities": sorted(await vehicle.param.entity_ids())})
+            return json_response({"ok": True, "values": await vehicle.param.get(entity)})
         except NetworkError as error:
-            return _json({"ok": False, "text": printable(str(error))})
+            return json_response({"ok": False, "text": printable(str(error))})
 
     async def _fields(self, _: Request) -> Response:
         """Each number that can be drawn, as Message.field, with its unit."""
@@ -171,10 +188,10 @@ class ConsoleApplication:
             for info in imc.fields(self._network.messages[name]):
                 if info.type.startswith(("fp", "int", "uint")):
                     found[f"{name}.{info.name}"] = info.unit
-        return _json(found)
+        return json_response(found)
 
     async def _tile_sets(self, _: Request) -> Response:
-        return _json({"sets": self._tiles.zooms, "troubles": list(map(printable, self._tiles.troubles))})
+        return json_response({"sets": self._tiles.zooms, "troubles": list(map(printable, self._tiles.troubles))})
 
     async def _tile(self, request: Request) -> Response:
         place = request.path_params
@@ -213,7 +230,7 @@ class ConsoleApplication:
         """The fields that the page draws, whenever it draws others."""
         while True:
             text = await socket.receive_text()
-            words = parse_object(text) if len(text) <= MOST_WORDS else {}
+            words = read_object(text) if len(text) <= MOST_WORDS else {}
             fields = words.get("fields")
             if isinstance(fields, list):
                 self._feed.set_fields(viewer, [each for each in cast(list[object], fields) if isinstance(each, str)])
@@ -247,7 +264,3 @@ async def _send_frames(socket: WebSocket, viewer: Viewer, is_logged_in: Callable
         frame = await viewer.next()
         async with asyncio.timeout(UNREAD):
             await socket.send_text(frame.decode())
-
-
-def _json(value: Any) -> Response:
-    return Response(encode(value), media_type="application/json")

@@ -157,7 +157,7 @@ class PageFeed:
         gone = [name for name in self._sent if name not in views]
         values = self._values()
         self._sent = views
-        frame: dict[str, Any] = {"now": round(time.time(), 2), "values": values, "leases": self._leases()}
+        frame = {**self._frame_head(), "values": values}
         news = {
             **frame,
             "vehicles": {name: change for name, change in changes.items() if change},
@@ -176,6 +176,13 @@ class PageFeed:
                 tracks = {name: list(track) for name, track in self._tracks.items()}
                 made[first] = encode({**whole, "tracks": tracks} if first else whole)
             viewer.put(made[first])
+
+    def _now(self) -> float:
+        """The time of the page (s since 1970)."""
+        return time.time()
+
+    def _frame_head(self) -> dict[str, Any]:
+        return {"now": round(self._now(), 2), "leases": self._leases()}
 
     def _systems(self) -> list[NetworkSystem]:
         """The vehicles that are there, and those that were there before: a page has to show that one is lost."""

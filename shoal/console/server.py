@@ -5,6 +5,8 @@ import socket
 import time
 from collections.abc import Callable, Collection, Generator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import uvicorn
 
@@ -13,9 +15,16 @@ from shoal.console.access import Access
 from shoal.console.application import ConsoleApplication
 from shoal.console.authority import Authority, Journal
 from shoal.console.browser_libraries import read_browser_files
+from shoal.console.depth_contours import ContourAnswers
 from shoal.console.foxglove import ViewerAccess
+from shoal.console.json_request import PageExtensions
+from shoal.console.log_feed import LogFeed
+from shoal.console.log_link import LogLink
+from shoal.console.log_resume import CONFIGURATION
 from shoal.console.page_feed import PageFeed
 from shoal.console.page_security import PageSecurity
+from shoal.console.plan_flights import PlanFlights
+from shoal.console.replay_answers import ReplayAnswers
 from shoal.console.tiles import TileSets
 from shoal.console.users import User
 from shoal.network import Network
@@ -30,11 +39,11 @@ ENDING = 2  # s for open requests
 class ConsoleServer:
     """The page of a network, with the map tiles of some files.
 
-    port: where it listens; 0 takes a free one. foxglove_origins: web pages that may connect as viewers, with a token.
-    troubles: a sentence for each part that the page has to do without. `security` has its address, users and
-    certificate; without, it is served to this computer only. `listener` is a socket that listens already.
-    `journal(vehicle, text)` writes into the log book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why
-    a vehicle takes no orders of a user.
+    port: where it listens; 0 takes a free one. player: plays a log as this network. log_root: for the logs of runs that
+    are resumed from it. foxglove_origins: web pages that may connect as viewers, with a token. troubles: a sentence for
+    each part that the page has to do without. `security` has its address, users and certificate; without, it is served
+    to this computer only. `listener` is a socket that listens already. `journal(vehicle, text)` writes into the log
+    book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no orders of a user.
     """
 
     def __init__(
@@ -42,6 +51,8 @@ class ConsoleServer:
         network: Network,
         port: int = 0,
         tiles: TileSets | None = None,
+        player: LogLink | None = None,
+        log_root: Path = Path("log"),
         *,
         foxglove_origins: Collection[str] = (),
         security: PageSecurity | None = None,
@@ -59,11 +70,24 @@ class ConsoleServer:
         self._access = Access(users=self.security.users)
         authority = Authority(journal or self._note, refusal)
         self._viewer_access = ViewerAccess(foxglove_origins)
-        self._feed = PageFeed(network, authority.leases.view)
+        self._player = player
+        self._replay = None if player is None else ReplayAnswers(player, log_root)
+        self._flights = PlanFlights(network)
+        leases = authority.leases.view
+        self._feed = PageFeed(network, leases) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
         hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == DEFAULT_PORTS[scheme] else [])
         application = ConsoleApplication(
-            network, self._feed, self._access, authority, tiles, libraries, hosts, self.port, self._viewer_access
+            network,
+            self._feed,
+            self._access,
+            authority,
+            tiles,
+            libraries,
+            hosts,
+            self.port,
+            self._extensions(),
+            self._viewer_access,
         )
         self._server = _Server(
             uvicorn.Config(
@@ -88,6 +112,15 @@ class ConsoleServer:
         """Whether a page is open."""
         return self._feed.is_watched
 
+    def _extensions(self) -> PageExtensions:
+        replay, player = self._replay, self._player
+        if replay is None or player is None:
+            contours = ContourAnswers(lambda name: name)
+            return PageExtensions({"/api/contours": contours.answer}, self._flights.orders)
+        folder = player.states.path.parent
+        contours = ContourAnswers(lambda _: folder / CONFIGURATION)
+        return PageExtensions({"/api/contours": contours.answer}, replay.orders, replay.reject)
+
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.
 
@@ -111,18 +144,24 @@ class ConsoleServer:
 
     async def serve(self, stopped: asyncio.Event) -> None:
         """Serve until an event is set. Raises whatever ends the server or the frames before."""
-        feed = asyncio.create_task(self._feed.run())
+        loops: list[asyncio.Task[Any]] = [asyncio.create_task(self._feed.run())]
+        if self._player is not None:
+            loops.append(asyncio.create_task(self._player.run()))
         server = asyncio.create_task(self._server.serve(sockets=[self._socket]))
         end = asyncio.create_task(stopped.wait())
         try:
-            done, _ = await asyncio.wait((feed, server, end), return_when=asyncio.FIRST_COMPLETED)
+            done, _ = await asyncio.wait((*loops, server, end), return_when=asyncio.FIRST_COMPLETED)
             for task in done:
                 task.result()
         finally:
+            self._flights.close()
+            if self._replay is not None:
+                self._replay.close()
             self._server.should_exit = True
-            for task in (feed, end):
+            loops.append(end)
+            for task in loops:
                 task.cancel()
-            await asyncio.gather(server, feed, end, return_exceptions=True)
+            await asyncio.gather(server, *loops, return_exceptions=True)
 
 
 class _Server(uvicorn.Server):

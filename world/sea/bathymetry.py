@@ -88,6 +88,14 @@ class Bathymetry:
         return total / weights if weights else self._elsewhere
 
     @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Least and most north, least and most east (m) of the soundings; zeros without any."""
+        if not self.has_soundings:
+            return 0.0, 0.0, 0.0, 0.0
+        (n0, e0), (n1, e1) = self._rows[:, :2].min(axis=0).tolist(), self._rows[:, :2].max(axis=0).tolist()
+        return n0, n1, e0, e1
+
+    @property
     def default_depth(self) -> float:
         """Depth (m) where no sounding is near."""
         return self._elsewhere

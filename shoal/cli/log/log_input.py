@@ -38,12 +38,16 @@ def last_option(function: F) -> F:
 
 
 def run_selection_options(*names: str, optional: Sequence[str] = ()) -> Callable[[F], F]:
-    """Adds --run and --last, which change what the arguments `names` mean, to a command; `optional` ones may lack."""
+    """Adds --run and --last, which change what the arguments `names` mean, to a command; `optional` ones may lack.
+
+    --last alone chooses the first of all.
+    """
+    first = (*names, *optional)[0]
 
     def decorate(function: F) -> F:
         @functools.wraps(function)
         def command(*args: Any, run: bool, last: bool, **values: Any) -> Any:
-            values[names[0]] = values[names[0]] or _default(last)
+            values[first] = values[first] or _default(last)
             for name in (*names, *(name for name in optional if values[name])):
                 values[name] = _joined(_require_log(name, values[name], last), run)
             return function(*args, **values)

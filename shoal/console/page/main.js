@@ -8,6 +8,8 @@ import { makePlots } from "./plots.js";
 import { makeLog } from "./log.js";
 import { makeParameters } from "./parameters.js";
 import { makeOrders } from "./orders.js";
+import { makeFlight } from "./flight.js";
+import { makeReplay } from "./replay.js";
 import { extendTrack, tracksOf } from "./tracks.js";
 
 const STALE = 3; // s without data
@@ -20,6 +22,7 @@ store.vehicle = () => store.vehicles[store.chosen];
 const views = {
   map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
+  replay: makeReplay(store), flight: makeFlight(store),
 };
 const orders = makeOrders(store);
 let received = performance.now();
@@ -56,11 +59,12 @@ export function receive(text) {
 
 function take(frame) {
   store.now = frame.now;
+  store.replay = frame.replay ?? null;
   if (frame.tracks) store.tracks = tracksOf(frame.tracks);
   if (frame.all) { store.vehicles = byName(); store.log = []; }
   for (const [name, sections] of Object.entries(frame.vehicles)) {
     store.vehicles[name] = { ...store.vehicles[name], ...sections };
-    if (!frame.tracks) extendTrack(store.tracks, name, sections.state, frame.now);
+    if (!frame.tracks && !frame.replay) extendTrack(store.tracks, name, sections.state, frame.now);
   }
   for (const name of frame.gone) delete store.vehicles[name];
   store.log.push(...frame.log);

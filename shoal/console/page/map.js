@@ -2,6 +2,8 @@
 import { ask, element, make } from "./page.js";
 
 const DEPTHS = ["#2b8cbe", "#2ca25f", "#d9a400", "#e6550d", "#a50f15"]; // each 10 m deeper
+const CONTOUR = "#35617d";
+const RETRY = 5000; // ms until contours are asked for again
 const STEP = 10; // m
 const DEEPEST = 24; // zoom level
 const FARTHER = 2; // zoom levels at which tiles are drawn smaller: each level needs four times as many
@@ -11,7 +13,7 @@ export function makeMap(store) {
   const L = window.L;
   if (!L) {
     element("map").textContent = "Leaflet is not installed (pip install 'shoal[console]'): there is no map.";
-    store.showPath = store.showDrawn = () => {};
+    store.showPath = store.showDrawn = store.showFlight = () => {};
     return { draw: () => {}, resize: () => {} };
   }
   const map = L.map("map", { attributionControl: false, preferCanvas: true, minZoom: 0, maxZoom: DEEPEST });
@@ -19,7 +21,10 @@ export function makeMap(store) {
   L.control.scale({ imperial: false }).addTo(map);
   const grid = L.layerGroup().addTo(map), plan = L.layerGroup().addTo(map), drawn = L.layerGroup().addTo(map);
   const shown = new Map(); // vehicle: { marker, circle, lines, track, dropped, count, line, color, run }
+  const contours = L.layerGroup().addTo(map), flight = L.layerGroup().addTo(map);
   let placed = false;
+  let contoured = ""; // the vehicle whose contours are drawn
+  let tiled = false;
 
   const drawGrid = () => {
     grid.clearLayers();
@@ -108,6 +113,15 @@ export function makeMap(store) {
     for (const place of store.drawn) L.circleMarker(place, { radius: 4, color: "#c51b7d" }).addTo(drawn);
   };
 
+  store.showFlight = (rows) => {
+    flight.clearLayers();
+    const places = rows.filter(([, lat, lon]) => lat !== null && lon !== null).map(([, lat, lon]) => [lat, lon]);
+    if (!places.length) return;
+    L.polyline(places, { color: "#e7298a", weight: 3, opacity: 0.6 }).addTo(flight)
+      .bindTooltip(make("span", "flown in virtual time"));
+    map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 });
+  };
+
   map.on("moveend zoomend", drawGrid);
   map.on("click", (event) => store.drawing && store.addPoint(event.latlng.lat, event.latlng.lng));
   map.on("mousemove", (event) => {
@@ -127,11 +141,28 @@ export function makeMap(store) {
       })]));
     const [first] = Object.values(layers);
     first?.addTo(map);
+    tiled = Boolean(first);
+    drawContours();
     // Open, since the icon of a closed one is not served.
     if (first) L.control.layers({}, layers, { collapsed: false }).addTo(map);
   };
 
+  // Contours of the bathymetry of the chosen vehicle's profile, where there are no tiles.
+  const drawContours = async () => {
+    const vehicle = store.chosen;
+    if (!vehicle || contoured === vehicle || tiled) return;
+    contoured = vehicle;
+    const answer = await ask("/api/contours", { vehicle });
+    if (vehicle !== store.chosen) return;
+    contours.clearLayers();
+    if (!answer.lines) setTimeout(() => { contoured = ""; drawContours(); }, RETRY);
+    for (const { depth, places } of answer.lines ?? []) {
+      L.polyline(places, { color: CONTOUR, weight: 1 }).addTo(contours).bindTooltip(make("span", `${depth} m`));
+    }
+  };
+
   const recenter = () => {
+    drawContours();
     const here = store.vehicle()?.state;
     if (here?.lat !== undefined && here.lat !== null) map.panTo([here.lat, here.lon]);
   };

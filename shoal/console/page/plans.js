@@ -72,6 +72,7 @@ export function makePlans(store) {
     event.target.textContent = store.drawing ? "Drawing" : "Draw";
   };
   element("draw-undo").onclick = () => changePoints(points.slice(0, -1));
+  element("draw-text").onclick = () => { element("plan-text").value = yamlOfPoints(); };
   element("draw-put").onclick = async () => {
     if (!points.length) { say("press on the map to add points first", "warn"); return; }
     element("plan-text").value = yamlOfPoints();

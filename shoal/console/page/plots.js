@@ -1,5 +1,5 @@
 // Fields of any message over time, each in a plot of its own.
-import { ask, byName, element, make, say } from "./page.js";
+import { ask, byName, element, make, post, say } from "./page.js";
 
 const LONGEST = 3000; // points
 const MOST = 8;
@@ -43,11 +43,28 @@ export function makePlots(store) {
     const axes = [{ stroke: color }, { stroke: color }];
     const plot = window.uPlot ? new window.uPlot({ width, height: 160, series, axes }, [[], []], box) : null;
     if (!plot) box.append(make("output"));
-    traces.set(path, { times: [], values: [], plot, box });
-    sendFields();
+    const trace = { times: [], values: [], plot, box };
+    traces.set(path, trace);
+    if (store.replay) await readWhole(path, trace); else sendFields();
+  };
+
+  // A log has the whole course of a field; the cursor stands at the present time.
+  const readWhole = async (path, trace) => {
+    const answer = await post("/api/series", { path });
+    if (!answer.ok) { say(answer.text, "bad"); return; }
+    Object.assign(trace, { times: answer.times, values: answer.values });
+    trace.plot?.setData([trace.times, trace.values]);
+  };
+
+  const drawWhole = () => {
+    for (const { times, values, plot, box } of traces.values()) {
+      if (plot) plot.setCursor({ left: plot.valToPos(store.now, "x"), top: 0 });
+      else box.querySelector("output").textContent = ` ${values[times.findLastIndex((time) => time <= store.now)] ?? ""}`;
+    }
   };
 
   const draw = () => {
+    if (store.replay) { drawWhole(); return; }
     for (const [path, [time, value]] of Object.entries(store.values)) {
       const trace = traces.get(path);
       if (!trace || trace.times.at(-1) >= time) continue;

@@ -1,0 +1,41 @@
+"""Requests of the page with JSON, and their answers."""
+
+import json
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from shoal.console.page_feed import encode
+
+Answer = Callable[[Request], Awaitable[Response]]
+
+
+@dataclass(frozen=True)
+class PageExtensions:
+    """Requests by path: `questions` to GET, `orders` to POST; `instead_of_orders` answers orders to a vehicle."""
+
+    questions: Mapping[str, Answer]
+    orders: Mapping[str, Answer]
+    instead_of_orders: Answer | None = None
+
+
+async def json_object(request: Request) -> dict[str, object]:
+    """The object in the body of a request; empty if it is none."""
+    return read_object((await request.body()).decode(errors="replace"))
+
+
+def read_object(text: str) -> dict[str, object]:
+    """The object that a text of JSON is; empty if it is none."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return cast(dict[str, object], found) if isinstance(found, dict) else {}
+
+
+def json_response(value: Any) -> Response:
+    """An answer of JSON, see `encode`."""
+    return Response(encode(value), media_type="application/json")

@@ -1,0 +1,164 @@
+"""Plays a log as a network of the vehicles in it: play, pause, speed, seek. Nothing is sent to them."""
+
+import asyncio
+import math
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+
+import imc
+from shoal.console.log_resume import resumes
+from shoal.logs.log_states import LogStates
+from shoal.network import ConsoleIdentity, LinkListener, ReceivedPacket
+from support.terminal_text import printable
+
+TICK = 0.1  # s between looks at the log while it plays
+FASTEST, SLOWEST = 1000.0, 0.01
+MOST_REASONS = 3
+
+
+class LogLink:
+    """A `NetworkLink` over a log: each system in it is there, with the state that it had at the present time.
+
+    At any speed, it brings the last message of each kind and entity in a tick. `jumped` is called before the state at
+    another place. logs: the logs that it plays as one. Times are in s since the start of the log.
+    """
+
+    name: str = "log"
+    trouble: str = ""
+    delivers_all: bool = True
+    fragment_size: int = 0
+    discovery_timeout: float = 0.0
+
+    def __init__(self, states: LogStates, logs: Sequence[Path] = ()) -> None:
+        self.states: LogStates = states
+        self.logs: Sequence[Path] = logs or [states.path]
+        self.position: float = 0.0
+        self.speed: float = 1.0
+        self.is_playing: bool = False
+        self.jumped: Callable[[], object] = lambda: None
+        self._ear: LinkListener | None = None
+        self._wanted: float | None = 0.0  # where to jump
+        self._woken = asyncio.Event()
+        self._landed = asyncio.Condition()
+        self._names = {number: states.names.system_name(number) for number in states.systems}
+
+    @property
+    def now(self) -> float:
+        """The present time in the log (s since 1970 UTC)."""
+        return self.states.start + self.position
+
+    @property
+    def notice(self) -> str:
+        """The damage of the log, for people; empty without any."""
+        losses = self.states.losses
+        if not losses:
+            return ""
+        reasons = list(dict.fromkeys(loss.reason for loss in losses))[:MOST_REASONS]
+        places = "1 damaged place" if len(losses) == 1 else f"{len(losses)} damaged places"
+        return printable(f"this log is not complete: {places} ({', '.join(reasons)})")
+
+    def system_name(self, number: int) -> str:
+        """The name of a system, by which the network knows it."""
+        return self._names.get(number, "")
+
+    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
+        self._ear = ear
+        for number, name in self._names.items():
+            ear.on_appeared(self, name, "", "", number)
+
+    def subscribe(self, system: str, messages: Collection[str]) -> None:
+        """The log brings everything."""
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        """Nothing can be sent to a log."""
+
+    async def close(self) -> None:
+        self._ear = None
+        self.states.close()
+
+    def describe(self) -> dict[str, object]:
+        """The page's data of the replay: times in s since the start of the log, `start` in s since 1970 UTC."""
+        return {
+            "start": self.states.start,
+            "duration": self.states.duration,
+            "position": round(self.position, 2),
+            "speed": self.speed,
+            "playing": self.is_playing,
+            "notice": self.notice,
+            "resume": resumes(self.states.path),
+        }
+
+    async def control(self, words: Mapping[str, object]) -> None:
+        """Take orders of the page: `playing`, `speed`, `position`; returns when they have effect. Raises ValueError."""
+        speed, position, playing = words.get("speed"), words.get("position"), words.get("playing")
+        if speed is not None:
+            self.speed = min(FASTEST, max(SLOWEST, _number("speed", speed)))
+        if position is not None:
+            self._wanted = min(self.states.duration, max(0.0, _number("position", position)))
+        if playing is not None:
+            if playing is True and position is None and self.position >= self.states.duration:
+                self._wanted = 0.0
+            self.is_playing = playing is True
+        self._woken.set()
+        async with self._landed:
+            await self._landed.wait_for(lambda: self._wanted is None)
+
+    async def run(self) -> None:
+        """Play until it is cancelled. Raises OSError if the log cannot be read."""
+        before = time.monotonic()
+        while True:
+            if self._wanted is not None:
+                await self._jump()
+            now = time.monotonic()
+            if self.is_playing:
+                await self._advance((now - before) * self.speed)
+            before = now
+            self._woken.clear()
+            if self._wanted is None:
+                await self._pause()
+
+    async def _pause(self) -> None:
+        try:
+            async with asyncio.timeout(TICK if self.is_playing else None):
+                await self._woken.wait()
+        except TimeoutError:
+            pass
+
+    async def _jump(self) -> None:
+        wanted = self._wanted
+        assert wanted is not None
+        packets = await asyncio.to_thread(self.states.state_at, wanted)
+        async with self._landed:
+            if self._wanted == wanted:
+                self._wanted = None
+                self.position = wanted
+                self.jumped()
+                self._deliver(packets)
+                self._landed.notify_all()
+
+    async def _advance(self, seconds: float) -> None:
+        end = min(self.states.duration, self.position + seconds)
+        packets = await asyncio.to_thread(self.states.changes, self.position, end)
+        if self._wanted is not None:
+            return
+        self.position = end
+        self.is_playing = self.is_playing and end < self.states.duration
+        self._deliver(packets)
+
+    def _deliver(self, packets: Sequence[bytes]) -> None:
+        if self._ear is None:
+            return
+        labels = self.states.names.labels
+        for packet in packets:
+            head = imc.header(packet)
+            name = self._names.get(head.src)
+            if name is not None:
+                label = labels.get((head.src, head.src_ent), "")
+                self._ear.on_packet(self, ReceivedPacket(packet, name, label))
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"{name} is a number, not {value!r}")
+    return float(value)
