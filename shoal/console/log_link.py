@@ -62,6 +62,10 @@ class LogLink:
         """The name of a system, by which the network knows it."""
         return self._names.get(number, "")
 
+    @property
+    def awaits_answers(self) -> bool:
+        return False
+
     async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
         self._ear = ear
         for number, name in self._names.items():
