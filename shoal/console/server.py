@@ -34,6 +34,7 @@ CONTEXT = "Console"
 """The context of the log book's entries about users of the page."""
 MOST_WORDS = 65536  # bytes of a message of the page
 ENDING = 2  # s for open requests
+UNSENT = 1 << 18  # bytes that the system keeps for a slow reader, who would get old data from more
 
 
 class ConsoleServer:
@@ -176,6 +177,7 @@ def _listening_socket(address: str, port: int) -> socket.socket:
     found = socket.socket()
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)  # connections inherit it
         found.bind((address, port))
         found.listen(64)
     except OSError:

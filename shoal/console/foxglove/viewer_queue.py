@@ -3,7 +3,7 @@
 import asyncio
 from collections import deque
 
-MOST_MESSAGES = 4096
+MOST_MESSAGES = 2048
 MOST_BYTES = 8 << 20
 MOST_ANSWERS = 1024
 

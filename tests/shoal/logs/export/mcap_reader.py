@@ -5,15 +5,15 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 
 class Reader:
-    """What the two packages find in an MCAP file."""
+    """What the two packages find in an MCAP file of a profile."""
 
-    def __init__(self, path):
+    def __init__(self, path, profile="ros2"):
         self.types = get_typestore(Stores.EMPTY)
         self.messages = []
         with path.open("rb") as file:
             reader = make_reader(file, validate_crcs=True)
             self.summary = reader.get_summary()
-            assert reader.get_header().profile == "ros2"
+            assert reader.get_header().profile == profile
             for schema in self.summary.schemas.values():
                 assert schema.encoding == "ros2msg"
                 self.register(get_types_from_msg(schema.data.decode(), schema.name))
