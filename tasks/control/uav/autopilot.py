@@ -25,21 +25,22 @@ from runtime.vehicle import general_number
 from support.planar_geometry import north_and_east
 from support.rotations import Vector, rotation
 
-LONGEST_STEP = 1.0  # s
+LONGEST_STEP, BLIND_STEP = 1.0, 0.1  # s
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
+LOW, SOON = 1.0, 2.0  # m, s; so near the ground, so soon after it was left, the vehicle may still stand there
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
-BLIND_STEP = 0.1  # s
 LEVEL: Vector = (0.0, 0.0, 1.0)
 
 
 class Autopilot(Task):
     """Follows DesiredVelocity and DesiredHeading while the loop VELOCITY is enabled; hovers in the air otherwise.
 
-    The rotors rest on the ground until a climb is commanded. It lands where it is after an Abort, if it hovers without
-    a maneuver for `Idle Timeout` (after an error, `Error Timeout`), if the power fails repeatedly, and always below
-    `Landing Fuel Level`. Without EstimatedState, or if barometer and accelerometer contradict it, it descends level by
-    these or by the thrust that carries it; the second time in two minutes, to the ground. Limits of altitude apply.
+    The rotors rest on the ground until a climb is commanded. It lands where it is after an Abort, if a takeoff is
+    stopped as it begins, if it hovers without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), if the
+    power fails repeatedly, and always below `Landing Fuel Level`. Without EstimatedState, or if barometer and
+    accelerometer contradict it, it descends level by these or by the thrust that carries it; the second time in two
+    minutes, to the ground. Limits of altitude apply.
     """
 
     ahrs: str = param("AHRS", "", "Entity of acceleration.", name="Entity Label - AHRS")
@@ -94,11 +95,11 @@ class Autopilot(Task):
         self._loops = EnabledLoops(imc.CLoopsMask.VELOCITY)
         self._dips = getattr(self, "_dips", PowerDips())
         self._touchdown, self._vertical = TouchdownDetector(self._dips), VerticalSpeedEstimator()
-        self._advanced, self._mast = self.now, LEVEL
+        self._advanced, self._mast, self._floor = self.now, LEVEL, 0.0
         landed = getattr(self, "_begun", False) and self._phase is FlightPhase.GROUND
         self._phase, self._begun = FlightPhase.GROUND, landed  # one that has landed stays there, at any altitude
         self._state: imc.EstimatedState | None = None
-        self._stated = self._resumed = self._referred = -math.inf
+        self._stated = self._resumed = self._referred = self._left = -math.inf
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
         self._landing, self._blind = getattr(self, "_landing", ""), getattr(self, "_blind", BlindDescent())
@@ -205,7 +206,7 @@ class Autopilot(Task):
         self._begun = True
         if self._phase is FlightPhase.GROUND:
             if self._follows and self._reference[2] < -RISES and self._reasons.fuel > self.landing_fuel_level:
-                self._landing = ""
+                self._landing, self._left, self._floor = "", self.now, state.alt
                 self._enter(FlightPhase.FOLLOW, state)
                 self._fly(state, 0.0)
         else:
@@ -275,8 +276,10 @@ class Autopilot(Task):
         """Choose the phase in the air."""
         hovers = self._phase is FlightPhase.HOVER and not self._loops.mask
         timeouts = self.idle_timeout, self.error_timeout
-        if reason := self._reasons.find(dt, self.landing_fuel_level, timeouts, hovers=hovers):
-            self._land(reason)
+        low = not self._loops.mask and self.age(self._left) < SOON and state.alt < self._floor + LOW
+        reason = self._reasons.find(dt, self.landing_fuel_level, timeouts, hovers=hovers)
+        if low or reason:
+            self._land("stopped at the beginning of a takeoff" if low else reason)
         phase = FlightPhase.LAND if self._landing else FlightPhase.FOLLOW if self._follows else FlightPhase.HOVER
         if phase is not self._phase:
             self._enter(phase, state)

@@ -5,10 +5,14 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from flying import control, place, plan_of
+from lean import UNLOGGED
 
 import imc
 from runtime.fault_injection import Crash, FaultInjector
-from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, Mode, before, late, lies
+from shoal.missions import prepare
+from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, HIGH, Flight, Mode, before, late, lies
+from tests.tasks.mission.underway import say
 
 pytestmark = pytest.mark.heavy
 
@@ -93,3 +97,31 @@ def test_a_multirotor_with_late_pressures_and_another_load_lands_softly(load, af
     assert -min(flight.depths) < 20.0
     assert flight.touchdown < 2.5
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("after", [0.1, 0.3, 1.5])
+def test_a_multirotor_whose_takeoff_is_stopped_as_it_begins_lands(after, tmp_path):
+    """It hovers if it has left the ground."""
+    shares, texts, heights = [], [], []
+    vehicle = prepare("hexa-00", overrides=(UNLOGGED,), log_root=tmp_path / "log", state_folder=tmp_path / "db").vehicle
+    vehicle.observe(imc.SetThrusterActuation, lambda command: shares.append(command.value))
+    vehicle.observe(imc.LogBookEntry, lambda entry: texts.append(entry.text))
+    vehicle.observe(imc.SimulatedState, lambda truth: heights.append(-truth.z))
+    vehicle.start()
+    vehicle.run(10.0)
+    plan = plan_of(imc.Takeoff(**place(0, 0), **HIGH, speed=2.0))
+    say(vehicle, control(imc.PlanControl.Op.START, -1.0, plan.plan_id, 1, arg=plan, dst=vehicle.system))
+    vehicle.run(after)
+    request, stop = imc.VehicleCommand.Type.REQUEST, imc.VehicleCommand.Command.STOP_MANEUVER
+    say(vehicle, imc.VehicleCommand(type=request, request_id=2, command=stop, dst=vehicle.system))
+    vehicle.run(30.0)
+    vehicle.close()
+    assert any(shares)
+    assert not any("descending level" in text for text in texts)
+    if after < 1.0:
+        assert shares[-1] == 0.0
+        assert max(heights) < 1.0
+        assert "landing: stopped at the beginning of a takeoff" in texts
+    else:
+        assert shares[-1] > 0.5
+        assert heights[-1] > 1.5
