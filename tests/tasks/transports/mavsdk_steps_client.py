@@ -100,8 +100,13 @@ class Steps:
         return "done"
 
     async def in_mode(self, order, name):
-        await order
-        return (await first(self.telemetry.subscribe_flight_mode(), lambda mode: mode.name == name)).name
+        """Give an order whose mode may be over when its acknowledgment comes; the mode, once it was seen."""
+        seen = asyncio.create_task(first(self.telemetry.subscribe_flight_mode(), lambda mode: mode.name == name))
+        try:
+            await order
+            return (await seen).name
+        finally:
+            seen.cancel()
 
     async def fly(self):
         await first(self.mission.subscribe_mission_progress(), lambda progress: progress.current == progress.total)
