@@ -55,6 +55,7 @@ SERVING = {  # a part that stands beside the one task that it serves, since the 
     "tasks.control.autopilot.autopilot_parameters": "tasks.control.autopilot.mavlink",
     "tasks.plan.actions": "tasks.plan.engine",
     "tasks.plan.execution_progress": "tasks.plan.engine",
+    "tasks.plan.plan_check": "tasks.plan.engine",
     "tasks.plan.plan_lines": "tasks.plan.engine",
     "tasks.plan.store": "tasks.plan.db",
     "tasks.sensors.gnss_parser": "tasks.sensors.gps",

@@ -255,9 +255,7 @@ class Network:
     def check_is_there(self, system: NetworkSystem) -> None:
         """Raise VehicleLost if a system is not there any more."""
         if not system.is_there:
-            how = "gone; it has ended" if system.has_ended else f"not received any more, for {system.age:.0f} s"
-            troubles = "; ".join(link.trouble for link in self.links if link.trouble and link.name in system.heard)
-            raise VehicleLost(f"{system.name} is {how}{f' ({troubles})' if troubles else ''}")
+            raise VehicleLost(self.search.absence_text(system))
 
     def next_request_id(self) -> int:
         """The number of the next request."""
@@ -322,11 +320,9 @@ class Network:
                 self.check_is_there(system)
         finally:
             self.close_listener(listener)
-        what = f"{system.name} does not answer {type(request).__name__} within {timeout:.3g} s"
-        if not copies:
-            what += ", to which no link leads: nothing was sent"
-        elif math.isinf(repeat):
-            what += ", which was sent once, since it is no Shoal vehicle and might obey each copy"
+        what = self.search.no_answer_text(
+            system, type(request).__name__, timeout, copies, is_repeated=repeat < math.inf
+        )
         raise NoAnswer(f"{what}; {self._no_answer_reason(system, len(packet))}")
 
     def raise_if_unlisted(self, message: imc.Message) -> None:

@@ -67,6 +67,21 @@ class SearchReport:
             return f"no vehicle {printable(name)!r} on the network; {hint}{self._in_brackets(self.link_troubles)}"
         return self.no_vehicle_text()
 
+    def absence_text(self, system: NetworkSystem) -> str:
+        """The sentence for a system that is not there any more."""
+        how = "gone; it has ended" if system.has_ended else f"not received any more, for {system.age:.0f} s"
+        troubles = [link.trouble for link in self._links if link.trouble and link.name in system.heard]
+        return f"{system.name} is {how}{self._in_brackets(troubles)}"
+
+    @staticmethod
+    def no_answer_text(system: NetworkSystem, request: str, timeout: float, copies: int, *, is_repeated: bool) -> str:
+        """The sentence for a request, of which so many copies were sent, without an answer within a time (s)."""
+        text = f"{system.name} does not answer {request} within {timeout:.3g} s"
+        if not copies:
+            return f"{text}, to which no link leads: nothing was sent"
+        once = "" if is_repeated else ", which was sent once, since it is no Shoal vehicle and might obey each copy"
+        return f"{text}{once}"
+
     @property
     def _troubles(self) -> list[str]:
         return [link.trouble for link in self._links if link.trouble]

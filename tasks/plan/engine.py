@@ -2,15 +2,17 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import imc
-from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight, PreflightOptionError, is_airborne
+from autonomy.plans import FINISH, PlanError, PlanForecast, PlanNode, Preflight, PreflightOptionError
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
 from runtime import Script, State, Task, consume, param, periodic
 from runtime.task import Inbox, ParameterError
-from tasks.plan.actions import ActivationTimes, PlanActions, unsupported_setting_reasons
+from tasks.plan.actions import ActivationTimes, PlanActions
 from tasks.plan.execution_progress import NO_MANEUVER, PlanExecution
 from tasks.plan.outgoing_requests import COMMAND_TIMEOUT, MessageCache, OutgoingRequests
+from tasks.plan.plan_check import PlanCheck
 from tasks.plan.plan_lines import PlanLines
 from tasks.plan.replies import Replies
 
@@ -50,19 +52,19 @@ class Engine(Task):
         profile = self.vehicle.profile
         self._recovery = profile.value("General", "Recovery Plan", "dislodge")
         try:
-            self._preflight = Preflight(
-                lambda option: profile.value("General", option), self.hotel_load, self.maximum_leg_length, profile.value
-            )
+            general = partial(profile.value, "General")
+            preflight = Preflight(general, self.hotel_load, self.maximum_leg_length, profile.value)
         except PreflightOptionError as error:
             raise ParameterError(error.option, error.reason) from None
+        settings = self.fuel_reserve, self.fuel_prediction, self.abort_on_failed_activation
+        self._check = PlanCheck(self, preflight, *settings)
 
     def start(self) -> None:
         lost: PlanExecution | None = getattr(self, "_execution", None)
         before: MessageCache | None = getattr(self, "_situation", None)
         self._phase, self._outcome = Phase.READY, Outcome.NONE
-        self._plan_id = ""
+        self._plan_id, self._stops = "", 0
         self._execution: PlanExecution | None = None
-        self._stops = 0
         self._requests, self._replies, self._lines = OutgoingRequests(self), Replies(self), PlanLines(self)
         self._supported: set[int] = set()
         self._activation_times = ActivationTimes(self.vehicle.entities)
@@ -95,7 +97,7 @@ class Engine(Task):
     def end_on_low_fuel(self, fuel: imc.FuelLevel) -> None:
         """End the plan when only the reserve of the battery is left."""
         if self._execution is not None and fuel.value < self.fuel_reserve:
-            self._fail(self._execution, f"the battery is below its reserve of {self.fuel_reserve:g} %")
+            self._fail(self._execution, self._check.reserve_text)
 
     @consume
     def end_on_failed_activation(self, state: imc.EntityActivationState) -> None:
@@ -223,7 +225,7 @@ class Engine(Task):
         except PlanError as error:
             self._replies.refuse(request, str(error))
         else:
-            self._replies.succeed(request, "plan loaded", forecast.statistics(self._preflight.capacity))
+            self._replies.succeed(request, "plan loaded", forecast.statistics(self._check.preflight.capacity))
 
     def _publish_action(self, message: imc.Message) -> None:
         self.publish(message)  # looked up each time: a fault may stand before it
@@ -240,7 +242,7 @@ class Engine(Task):
                 preparation = max(self.minimum_calibration_time, execution.actions.preparation_time)
                 forecast = replace(forecast, calibration=preparation)
             execution.forecast = forecast
-            execution.statistics = forecast.statistics(self._preflight.capacity)
+            execution.statistics = forecast.statistics(self._check.preflight.capacity)
             # First the log, so that what follows is in it: Neptus shows a plan only if the log with its states has it.
             self.publish(imc.LoggingControl(op=imc.LoggingControl.Op.REQUEST_START, name=self._plan_id))
             self.publish(execution.statistics)
@@ -287,18 +289,8 @@ class Engine(Task):
 
     async def _prepare(self, script: Script, request: imc.PlanControl) -> PlanForecast:
         """Check the plan of a request. Raises PlanError."""
-        plan, situation = await self._requests.resolve_requested_plan(script, request), self._situation
-        state, limits = situation.of(imc.EstimatedState), situation.of(imc.OperationalLimits)
-        fuel, medium = situation.of(imc.FuelLevel), situation.of(imc.VehicleMedium)
-        if fuel is not None and fuel.value < self.fuel_reserve:
-            raise PlanError(f"the battery is below its reserve of {self.fuel_reserve:g} %")
-        level = fuel.value - self.fuel_reserve if fuel is not None and self.fuel_prediction else None
-        forecast = self._preflight.check(plan, self._supported, state, level, self.now, limits, is_airborne(medium))
-        for reason in unsupported_setting_reasons(forecast.graph, self.vehicle):
-            if self.abort_on_failed_activation:
-                raise PlanError(reason)
-            self.log.warning(reason)
-        return forecast
+        plan = await self._requests.resolve_requested_plan(script, request)
+        return self._check.forecast(plan, self._supported, self._situation)
 
     async def _command(self, inbox: Inbox, execution: PlanExecution, command: Command, **fields: object) -> None:
         """Command the vehicle, and wait until it obeys."""

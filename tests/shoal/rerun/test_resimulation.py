@@ -22,13 +22,8 @@ from tests.outside import NO_FOLDER
 LOGS = Path(__file__).parents[2] / "data" / "logs"
 MIXER = "tests.shoal.rerun.interplay.Mixer"
 CAMERA = "Simulators.MUGDetectionCamera"
-STOCK = [
-    "Simulators.DepthSensor",
-    "Simulators.EstimatedState",
-    "Simulators.GPS/Kinematic",
-    "Simulators.IMU/AHRS",
-    CAMERA,
-]
+OTHERS = ("DepthSensor", "EstimatedState", "GPS/Kinematic", "IMU/AHRS")
+STOCK = [*(f"Simulators.{name}" for name in OTHERS), CAMERA]
 
 
 def run(

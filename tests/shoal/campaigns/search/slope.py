@@ -64,5 +64,12 @@ def write(folder, text=STUDY, scenario=SCENARIO):
     return write_study(folder, text, scenario)
 
 
+class Dead:
+    """A runner that must not get a job."""
+
+    def __call__(self, job):
+        raise AssertionError(job)
+
+
 def do(path, folder, workers=0, make=Slope, **options):
     return run_study(load_study(path, **options), folder, make_runner=make, workers=workers)

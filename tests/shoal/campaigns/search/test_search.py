@@ -21,7 +21,7 @@ from shoal.campaigns.studies.study import load_study
 from shoal.campaigns.study_execution import run_study
 from shoal.scenarios import ExpectationVerdict, ScenarioResult, load_document
 from support.located_yaml import parse_yaml_tree
-from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Slope, do, write
+from tests.shoal.campaigns.search.slope import GPS, NORTH, SCENARIO, STUDY, Dead, Slope, do, write
 from tests.shoal.campaigns.standin import comparable
 
 ROOT = Path(__file__).parents[4]
@@ -42,9 +42,8 @@ def test_it_finds_what_breaks_a_scenario_and_the_smallest_change_that_does(found
     assert shown.objective.value(shown.best) < -0.45  # -0.6 is the least there is
     assert shown.best_so_far[-1] == shown.objective.value(shown.best)
     assert len(shown.best_so_far) == len(found.rows)
-    assert shown.objective.value(shown.best) == min(
-        map(shown.objective.value, found.counted_rows)
-    )  # also of those made smaller
+    all_values = map(shown.objective.value, found.counted_rows)  # also of those made smaller
+    assert shown.objective.value(shown.best) == min(all_values)
     assert list(shown.best_so_far) == sorted(shown.best_so_far, reverse=True)
     [(place, north)] = shown.changed_values_of_run(shown.smallest_failure).items()
     assert place == NORTH
@@ -335,13 +334,6 @@ def test_nothing_is_written_of_a_scenario_that_has_changed_meanwhile(tmp_path):
     (tmp_path / "dive.scenario.yaml").write_text(SCENARIO)
     do(path, tmp_path / "runs", make=Dead)  # it has all runs
     assert (tmp_path / "runs" / "dive.scenario.yaml").exists()
-
-
-class Dead:
-    """Does nothing."""
-
-    def __call__(self, job):
-        raise AssertionError(job)
 
 
 @pytest.mark.heavy
