@@ -5,9 +5,11 @@ from typing import Protocol
 from support.rotations import Vector
 from world.sea.bathymetry import Bathymetry
 
-GRIP = 5.0  # m/s², deceleration on the bottom; coefficient of friction 0.5
+# Assumed, without a source: the bottom holds as if a hull had half its weight in air as friction, for a bow that digs
+# into the sediment. Friction alone would hardly slow a vehicle that weighs nothing in water.
+GRIP = 5.0  # m/s², deceleration on the bottom
 TOUCH = 0.005  # m above the bottom, where a vehicle still feels it
-TURNING = 0.5  # s, time constant of rotations on the bottom
+TURNING = 0.5  # s, time constant of rotations on the bottom; assumed, too
 STEP = 0.5  # m; a bottom that rises by more than this in one step is a wall
 CLOSING = 5.0  # m/s; no vehicle sinks faster
 
