@@ -81,6 +81,7 @@ class ConsoleApplication:
             lambda connection: access.is_logged_in(connection.cookies.get(self._cookie)),
             viewer_access or ViewerAccess(),
             authority,
+            feed.watching,
         )
         logged_in, instead = self._logged_in, extensions.instead_of_orders
         routes = [

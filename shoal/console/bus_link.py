@@ -9,7 +9,7 @@ from shoal.network import ConsoleIdentity, LinkListener, NetworkLink, ReceivedPa
 from tasks.transports.console import Console, PagePackets
 
 LOOK = 0.1  # s between two looks at the latest messages while somebody watches
-IDLE_LOOK = 1.0  # s otherwise: tracks go on
+IDLE_LOOK = 2.0  # s otherwise: tracks go on
 ACTIVE = 5.0  # s after an order in which its effects are followed as if somebody watched
 
 
@@ -29,12 +29,17 @@ class BusLink(NetworkLink):
         self._task = task
         self.is_watched: Callable[[], bool] = is_watched
         self._active_until = 0.0
+        self._is_active = False
         self._woken = asyncio.Event()
         self._looking: asyncio.Task[None] | None = None
 
     @property
     def discovery_timeout(self) -> float:
-        return IDLE_LOOK
+        return LOOK
+
+    def wake(self) -> None:
+        """Look now, since somebody watches."""
+        self._woken.set()
 
     @property
     def awaits_answers(self) -> bool:
@@ -56,6 +61,7 @@ class BusLink(NetworkLink):
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         self._active_until = asyncio.get_running_loop().time() + ACTIVE
+        self._set_active(True)  # before the order, so that no answer is missed
         self._task.take_order(packet)
         self._woken.set()
 
@@ -64,14 +70,18 @@ class BusLink(NetworkLink):
             self._looking.cancel()
             await asyncio.gather(self._looking, return_exceptions=True)
 
+    def _set_active(self, is_active: bool) -> None:
+        if is_active != self._is_active:
+            self._is_active = is_active
+            self._task.set_watched(is_active)
+
     async def _look(self, ear: LinkListener, packets: PagePackets) -> None:
         loop, name = asyncio.get_running_loop(), self._task.system_name
         while True:
             for packet in packets.take():
                 ear.on_packet(self, ReceivedPacket(packet, name))
-            await asyncio.sleep(0)
-            is_active = self.is_watched() or loop.time() < self._active_until
+            self._set_active(self.is_watched() or loop.time() < self._active_until)
             with suppress(TimeoutError):
-                async with asyncio.timeout(LOOK if is_active else IDLE_LOOK):
+                async with asyncio.timeout(LOOK if self._is_active else IDLE_LOOK):
                     await self._woken.wait()
             self._woken.clear()

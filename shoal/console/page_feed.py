@@ -5,8 +5,8 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterable, Mapping
+from contextlib import contextmanager, suppress
 from typing import Any, cast
 
 import msgspec
@@ -57,12 +57,18 @@ class Viewer:
 class PageFeed:
     """Reads a network, and gives each page its frames. Calls are made in the event loop of the network.
 
-    `leases()` is who commands each vehicle, for all pages.
+    `leases()` is who commands each vehicle, for all pages; `on_viewer()` is called when a page or another viewer is opened.
     """
 
-    def __init__(self, network: Network, leases: Callable[[], Mapping[str, object]] = dict) -> None:
-        self._network, self._leases = network, leases
+    def __init__(
+        self,
+        network: Network,
+        leases: Callable[[], Mapping[str, object]] = dict,
+        on_viewer: Callable[[], object] = lambda: None,
+    ) -> None:
+        self._network, self._leases, self._on_viewer = network, leases, on_viewer
         self._viewers: set[Viewer] = set()
+        self._watchers = 0
         self._sent: dict[str, dict[str, View]] = {}
         self._known: set[str] = set()
         self._tracks: dict[str, deque[list[float | None]]] = {}
@@ -75,8 +81,18 @@ class PageFeed:
 
     @property
     def is_watched(self) -> bool:
-        """Whether a page is open."""
-        return bool(self._viewers)
+        """Whether somebody looks."""
+        return bool(self._viewers or self._watchers)
+
+    @contextmanager
+    def watching(self) -> Generator[None]:
+        """Somebody looks in another way than by a page."""
+        self._watchers += 1
+        self._on_viewer()
+        try:
+            yield
+        finally:
+            self._watchers -= 1
 
     def note(self, vehicle: str, context: str, text: str) -> None:
         """Show a text in the log book of the pages."""
@@ -85,6 +101,7 @@ class PageFeed:
     def add(self, viewer: Viewer) -> None:
         self._viewers.add(viewer)
         self._woken.set()
+        self._on_viewer()
 
     def remove(self, viewer: Viewer) -> None:
         self._viewers.discard(viewer)

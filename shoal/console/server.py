@@ -45,6 +45,7 @@ class ConsoleServer:
     each part that the page has to do without. `security` has its address, users and certificate; without, it is served
     to this computer only. `listener` is a socket that listens already. `journal(vehicle, text)` writes into the log
     book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no orders of a user.
+    `on_viewer()` is called when a page or a viewer is opened.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class ConsoleServer:
         listener: socket.socket | None = None,
         journal: Journal | None = None,
         refusal: Callable[[User], str] = lambda _: "",
+        on_viewer: Callable[[], object] = lambda: None,
     ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
@@ -75,7 +77,7 @@ class ConsoleServer:
         self._replay = None if player is None else ReplayAnswers(player, log_root)
         self._flights = PlanFlights(network)
         leases = authority.leases.view
-        self._feed = PageFeed(network, leases) if player is None else LogFeed(network, player)
+        self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
         hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == DEFAULT_PORTS[scheme] else [])
         application = ConsoleApplication(
@@ -110,7 +112,7 @@ class ConsoleServer:
 
     @property
     def is_watched(self) -> bool:
-        """Whether a page is open."""
+        """Whether somebody looks."""
         return self._feed.is_watched
 
     def _extensions(self) -> PageExtensions:

@@ -40,6 +40,7 @@ class VehiclePage(PageServer):
             listener=listener,
             journal=lambda _, text: task.note(text),
             refusal=refusal,
+            on_viewer=link.wake,
         )
         link.is_watched = lambda: self._server.is_watched
         self.is_secure: bool = security.is_open

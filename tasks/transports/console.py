@@ -15,6 +15,7 @@ from tasks.transports.imc_links.port_search import announce_listening_service, l
 
 RETRY = 5.0  # s
 PORTS_TRIED = 5
+UNWATCHED = ("EstimatedState", "LogBookEntry")  # kept while nobody looks: tracks and the log book go on
 MOST_EVENTS = 1024  # packets that wait for the page; the oldest are dropped
 MOST_ORDERS = 256  # packets of the page that wait for the kernel
 
@@ -119,7 +120,9 @@ class Console(Task):
     def start(self) -> None:
         self._page: PageServer | None = None
         self._packets: PagePackets | None = None
+        self._wanted: dict[str, None] = {}
         self._subscribed: dict[str, Subscription] = {}
+        self._is_watched = False
         self._orders: deque[bytes] = deque()
         self._trouble = ""
         self._announce: tuple[imc.Announce, bytes] | None = None
@@ -179,8 +182,12 @@ class Console(Task):
         return self._packets
 
     def request_messages(self, names: Collection[str]) -> None:
-        """Keep messages of some types of this vehicle, from now on; without any, all."""
-        self._kernel.post(self._subscribe, tuple(names))
+        """Keep messages of some types of this vehicle, from now on while somebody looks; without any, all."""
+        self._kernel.post(self._want, tuple(names))
+
+    def set_watched(self, is_watched: bool) -> None:
+        """Keep the messages that were requested, or only those that cost nothing to keep."""
+        self._kernel.post(self._watch, is_watched)
 
     def take_order(self, packet: bytes) -> None:
         """Put a packet of the page on the bus."""
@@ -196,16 +203,27 @@ class Console(Task):
 
     # Called by those
 
-    def _subscribe(self, names: Collection[str]) -> None:
+    def _want(self, names: Collection[str]) -> None:
+        self._wanted |= dict.fromkeys(names or ("",))
+        self._subscribe()
+
+    def _watch(self, is_watched: bool) -> None:
+        self._is_watched = is_watched
+        self._subscribe()
+        if is_watched and self._announce is not None and self._packets is not None:
+            self._packets.put(*self._announce)
+
+    def _subscribe(self) -> None:
+        """Subscribe what is wanted now, and nothing else; all messages include each."""
         packets, bus = self._packets, self.vehicle.bus
-        if packets is None or "" in self._subscribed:
+        if packets is None:
             return
-        if self._announce is not None and "Announce" in names:
-            packets.put(*self._announce)
-        if not names:
-            for subscription in self._subscribed.values():
-                bus.remove_subscription(subscription)
-        for name in names or ("",):
+        names = [name for name in self._wanted if self._is_watched or name in UNWATCHED]
+        if self._is_watched and "" in self._wanted:
+            names = [""]
+        for name in [name for name in self._subscribed if name not in names]:
+            bus.remove_subscription(self._subscribed.pop(name))
+        for name in names:
             if name in self._subscribed or (name and name not in bus.messages.types):
                 continue
             kind = bus.messages[name] if name else imc.Message

@@ -4,7 +4,7 @@ import asyncio
 import math
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from functools import partial
 
 from starlette.requests import HTTPConnection, Request
@@ -38,7 +38,8 @@ class FoxgloveRoutes:
     """Serves viewers from a network.
 
     find_vehicle: the vehicle of a name for an order; raises NetworkError. is_logged_in: whether a request has the
-    cookie of a session of the page, which may watch only. `authority` decides on each order.
+    cookie of a session of the page, which may watch only. `authority` decides on each order;
+    `watching()` lasts while a viewer is connected.
     """
 
     own_origins: tuple[str, ...] = (PATH,)
@@ -50,9 +51,10 @@ class FoxgloveRoutes:
         is_logged_in: Callable[[HTTPConnection], bool],
         access: ViewerAccess,
         authority: Authority,
+        watching: Callable[[], AbstractContextManager[None]],
     ) -> None:
         self._network, self._find, self._is_logged_in, self._access = network, find_vehicle, is_logged_in, access
-        self._feed, self._authority = LiveFeed(network), authority
+        self._feed, self._authority, self._watching = LiveFeed(network), authority, watching
         self._permit = partial(authority.permit, VIEWERS)
         self._parameters = ParameterAccess(network, lambda name: find_vehicle(name, ""), self._permit)
         self._services = VehicleServices()
@@ -109,7 +111,8 @@ class FoxgloveRoutes:
             refusal = f"{MOST_VIEWERS} viewers are connected", 503
         else:
             await socket.accept(chosen)
-            await self._serve(socket, role)
+            with self._watching():
+                await self._serve(socket, role)
             return
         self._feed.counts[f"connections rejected: {refusal[0]}"] += 1
         await socket.send_denial_response(PlainTextResponse(*refusal))

@@ -31,19 +31,19 @@ let listed = ""; // the options of the list of vehicles
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   const socket = new WebSocket(`${scheme}://${location.host}/frames`);
-  let opened = false;
   store.socket = socket;
   socket.onopen = () => {
-    opened = true;
-    views.account.recall();
     views.plots.sendFields();
   };
   socket.onmessage = (event) => receive(event.data);
-  socket.onclose = async () => {
+  socket.onclose = () => {
     store.socket = null;
-    setTimeout(connect, 1000);
-    if (!opened) await views.account.recall(); // a browser does not tell why a socket was refused; an answer does
+    setTimeout(connectIfLoggedIn, 1000);
   };
+}
+
+async function connectIfLoggedIn() {
+  if (await views.account.recall()) connect(); else setTimeout(connectIfLoggedIn, 1000);
 }
 
 // Also for tests, which give it frames of their own. A frame that fails is none: the age of the data goes on.
@@ -152,4 +152,4 @@ element("vehicle").onchange = (event) => {
 setInterval(checkAge, 500);
 show("map");
 await views.account.byLink();
-connect();
+await connectIfLoggedIn();

@@ -108,6 +108,7 @@ def test_orders_go_to_the_bus_and_answers_to_the_page(run):
     heard = []
     task.vehicle.observe(imc.Abort, heard.append)
     task.request_messages(["LogBookEntry", "Heartbeat", "NoSuchMessage"])
+    task.set_watched(True)
     task.take_order(b"nonsense")
     task.take_order(imc.encode_with_header(imc.Abort(), time.time(), CONSOLE, 0, task.system, 0xFF))
     task.note("anna: abort")
@@ -119,6 +120,31 @@ def test_orders_go_to_the_bus_and_answers_to_the_page(run):
     ]
     assert texts[-1] == "anna: abort"
     until(lambda: task.malformed == 1)
+
+
+def test_while_nobody_looks_only_positions_and_the_log_book_are_kept(run):
+    task = run(Port=0)
+    server, kinds = task._page, (imc.EstimatedState, imc.Temperature)
+
+    def kept_kinds():
+        server.packets.take()
+        for kind in kinds:
+            task.vehicle.kernel.post(task.publish, kind())
+        done = threading.Event()
+        task.vehicle.kernel.post(task.vehicle.kernel.soon, done.set)
+        assert done.wait(10.0)
+        return {type(imc.decode(packet)) for packet in server.packets.take()} & set(kinds)
+
+    task.request_messages([kind.__name__ for kind in kinds])
+    assert kept_kinds() == {imc.EstimatedState}
+    task.set_watched(True)
+    assert kept_kinds() == set(kinds)
+    task.set_watched(False)
+    assert kept_kinds() == {imc.EstimatedState}
+    task.request_messages([])
+    assert kept_kinds() == {imc.EstimatedState}
+    task.set_watched(True)
+    assert kept_kinds() == set(kinds)
 
 
 def packet_of(message):
