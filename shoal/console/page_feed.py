@@ -57,7 +57,7 @@ class Viewer:
 class PageFeed:
     """Reads a network, and gives each page its frames. Calls are made in the event loop of the network.
 
-    `leases()` is who commands each vehicle, for all pages; `on_viewer()` is called when a page or another viewer is opened.
+    `leases()` is who commands each vehicle, for all pages; `on_viewer()` is called when a page or another viewer opens.
     """
 
     def __init__(
