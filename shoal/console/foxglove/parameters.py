@@ -20,13 +20,10 @@ Report = Callable[[str], object]
 
 
 class ParameterAccess:
-    """Reads and sets parameters of all vehicles. What cannot be read or set is reported, and missing in the values.
+    """Reads and sets parameters of all vehicles. What cannot be read or set is reported, and missing in the values."""
 
-    `permit` decides on each change.
-    """
-
-    def __init__(self, network: Network, find_vehicle: FindVehicle, permit: Permit) -> None:
-        self._network, self._find, self._permit = network, find_vehicle, permit
+    def __init__(self, network: Network, find_vehicle: FindVehicle) -> None:
+        self._network, self._find = network, find_vehicle
         self._read: dict[str, tuple[float, Mapping[str, Mapping[str, str]]]] = {}
         self._reading: dict[str, asyncio.Lock] = {}
 
@@ -40,8 +37,8 @@ class ParameterAccess:
         found = await asyncio.gather(*(self._some_of(place, wanted[place], report) for place in wanted))
         return [value for values in found for value in values]
 
-    async def set(self, values: Iterable[ParameterSetting], report: Report) -> list[Json]:
-        """Set parameters; returns those that the vehicle has accepted."""
+    async def set(self, values: Iterable[ParameterSetting], permit: Permit, report: Report) -> list[Json]:
+        """Set parameters that `permit` allows; returns those that the vehicle has accepted."""
         texts: dict[str, str] = {}
         for value in values:
             text = value_text(value.value)
@@ -55,7 +52,7 @@ class ParameterAccess:
             try:
                 vehicle = self._find(system)
                 for name, text in wanted.items():
-                    self._permit(system, "set", {"entity": entity, "parameter": name, "value": text})
+                    permit(system, "set", {"entity": entity, "parameter": name, "value": text})
                 accepted = await vehicle.param.set(entity, wanted)
             except (AuthorityError, NetworkError) as error:
                 report(printable(f"{system}: {error}"))

@@ -29,8 +29,8 @@ MOST_VIEWERS = 16
 UNREAD = 30.0  # s in which a viewer has to take a frame
 CLOSING = 1.0  # s
 ACCESS_CHECK = 1.0  # s between looks whether a session lasts
-VIEWERS = PageSession(0, User("foxglove", Role.MAINTAIN))
-"""The session that all viewers with a token to operate share; those of pages begin with 1."""
+OPERATOR = User("foxglove", Role.MAINTAIN)
+"""The user of all who have the token to operate."""
 LABELS = 1.0  # s for the labels of the entities that a layout names
 
 
@@ -55,10 +55,10 @@ class FoxgloveRoutes:
     ) -> None:
         self._network, self._find, self._is_logged_in, self._access = network, find_vehicle, is_logged_in, access
         self._feed, self._authority, self._watching = LiveFeed(network), authority, watching
-        self._permit = partial(authority.permit, VIEWERS)
-        self._parameters = ParameterAccess(network, lambda name: find_vehicle(name, ""), self._permit)
+        self._parameters = ParameterAccess(network, lambda name: find_vehicle(name, ""))
         self._services = VehicleServices()
         self._viewers = 0
+        self._number = 0
 
     @property
     def routes(self) -> list[BaseRoute]:
@@ -118,12 +118,18 @@ class FoxgloveRoutes:
         await socket.send_denial_response(PlainTextResponse(*refusal))
 
     async def _serve(self, socket: WebSocket, may_operate: bool) -> None:
+        self._number -= 1  # sessions of pages have positive numbers
+        person = PageSession(self._number, OPERATOR)
+        permit = partial(self._authority.permit, person)
         session = ViewerSession(
-            self._feed, self._parameters, self._services, self._find, self._permit, may_operate=may_operate
+            self._feed, self._parameters, self._services, self._find, permit, may_operate=may_operate
         )
         self._viewers += 1
         feeding = session.start()
-        talking = [asyncio.create_task(self._send(socket, session)), asyncio.create_task(_read(socket, session))]
+        talking = [
+            asyncio.create_task(self._send(socket, session, person)),
+            asyncio.create_task(_read(socket, session)),
+        ]
         working = [asyncio.create_task(session.keep_house()), feeding]
         code = 1011
         try:
@@ -133,6 +139,7 @@ class FoxgloveRoutes:
             code = 1000
         finally:
             self._viewers -= 1
+            self._authority.leases.leave(person.number)
             session.end()
             for task in (*talking, working[0]):
                 task.cancel()
@@ -141,18 +148,16 @@ class FoxgloveRoutes:
                 async with asyncio.timeout(CLOSING):
                     await socket.close(code)
 
-    async def _send(self, socket: WebSocket, session: ViewerSession) -> None:
+    async def _send(self, socket: WebSocket, session: ViewerSession, person: PageSession) -> None:
         """Send what waits while the access lasts, which a viewer that takes frames renews."""
         checked = -math.inf
         while True:
             frame = await session.queue.next()
             if time.monotonic() - checked > ACCESS_CHECK:
                 checked = time.monotonic()
-                role = self._role(socket)
-                if role is None:
+                if self._role(socket) is None:
                     return
-                if role:
-                    self._authority.leases.see(VIEWERS.number)
+                self._authority.leases.see(person.number)
             if frame is None:
                 self._feed.counts["viewers disconnected: they did not take their answers"] += 1
                 return

@@ -173,7 +173,7 @@ class ViewerSession:
         self.queue.put_answer(protocol.parameter_values(values, request.id))
 
     async def _set_parameters(self, request: protocol.SetParametersRequest) -> None:
-        values = await self._parameters.set(request.parameters, self._report)
+        values = await self._parameters.set(request.parameters, self._permit, self._report)
         if request.id is not None:
             self.queue.put_answer(protocol.parameter_values(values, request.id))
 

@@ -157,6 +157,9 @@ def test_parameters_are_read_set_and_watched(console, operating):
 
 def test_a_plan_is_started_and_aborted_by_services(console, operating):
     assert console.order(NAME, "put", text=PLAN)["ok"]
+    _, answer = operating.call("/lauv_noptilus_1/hold", 0, b"{}")
+    assert json.loads(answer) == {"success": False, "message": "local commands this vehicle: take the lease first"}
+    assert console.lease(NAME, "hand over")["ok"]
     encoding, answer = operating.call("/lauv_noptilus_1/start_plan", 1, b'{"plan": "nope"}')
     assert encoding == "json"
     assert not json.loads(answer)["success"]
