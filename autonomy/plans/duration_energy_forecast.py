@@ -75,7 +75,7 @@ def forecast_plan(
     Raises PlanError for a geometry that cannot be followed.
     """
     estimates: dict[str, ManeuverEstimate] = {}
-    position, begin = start, now
+    position, begin, rests = start, now, True
     chain = {node.name: node for node in graph.sequence_from(graph.start)}
     for node in (chain | graph.nodes).values():
         try:
@@ -83,6 +83,9 @@ def forecast_plan(
         except ValueError as error:
             raise PlanError(f"{node.name}: {error}") from None
         if len(estimates) < len(chain):
+            if rests and found.moving and not isinstance(node.maneuver, imc.ScheduledGoto):  # that one makes up for it
+                found = found.delayed(train.run_up / found.speed)
+            rests = not found.moving
             estimates[node.name], position, vertical = found, found.end, vertical.after(node.maneuver)
             begin += found.seconds if math.isfinite(found.seconds) else 0.0
     finite = [e for e in estimates.values() if math.isfinite(e.seconds)]

@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -28,7 +28,8 @@ class Powertrain:
     The first three fields are one table, `power_rpms` and `powers` another. A point counts as reached `ahead` s early.
     `circles` is whether the vehicle circles at a station under water that leaves this open. A multirotor stops at
     each point, with `acceleration` (m/s²). A ScheduledGoto has a speed from `slowest` to `fastest` (m/s), and a
-    CompassCalibration ends after `turns`.
+    CompassCalibration ends after `turns`. From rest a vehicle is `run_up` (m) behind one that had its speed at once:
+    the distance in which its mass gains speed against a drag that grows with the square, the same at each speed.
     """
 
     speeds: Sequence[float] = (0.0, 1.0)
@@ -43,6 +44,7 @@ class Powertrain:
     slowest: float = 0.7
     fastest: float = 1.6
     turns: float = 1.0
+    run_up: float = 0.0
 
     def to_meters_per_second(self, value: float, units: int) -> float:
         """A speed in any unit, converted to m/s."""
@@ -88,6 +90,10 @@ class ManeuverEstimate:
     distance: float = math.nan
     longest: float = 0.0
     end: LatLon | None = None
+
+    def delayed(self, seconds: float) -> "ManeuverEstimate":
+        """The estimate with so much more time on the way."""
+        return replace(self, seconds=self.seconds + seconds, moving=self.moving + seconds)
 
 
 def estimate_maneuver(

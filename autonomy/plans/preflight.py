@@ -57,7 +57,10 @@ class Preflight:
             _foreign_number(elsewhere, "Maneuver.ScheduledGoto", "Minimum Speed", usual.slowest),
             _foreign_number(elsewhere, "Maneuver.ScheduledGoto", "Maximum Speed", usual.fastest),
             _foreign_number(elsewhere, "Maneuver.CompassCalibration", "Number Of Turns", usual.turns),
+            _number(value, "Run-Up Distance", usual.run_up),
         )
+        if not 0.0 <= self._train.run_up < math.inf:
+            raise PreflightOptionError("Run-Up Distance", f"must be 0 m or more, not {self._train.run_up:g} m")
         if not len(self._train.speeds) == len(self._train.rpms) == len(self._train.actuations):
             raise PreflightOptionError("Speed Conversion -- MPS", "must have as many values as RPM and Actuation")
         if len(self._train.power_rpms) != len(self._train.powers):

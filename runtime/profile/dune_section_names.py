@@ -56,6 +56,7 @@ GENERAL = {
     "Speed Conversion -- MPS": ("m/s", "Speeds of the speed model."),
     "Power Model -- Conversion - Watt": ("W", "Powers of the power model."),
     "Power Model -- Conversion - RPM": ("rpm", "Motor speeds of the power model."),
+    "Run-Up Distance": ("m", "Distance that a start from rest costs a boat, in forecasts of plans."),
     "Time Of Arrival Factor": ("s", "Time before arrival at which a waypoint counts as near."),
     "Recovery Plan": ("", "Plan that brings the vehicle back."),
     "Battery Packs": ("1", "Number of battery packs."),

@@ -211,3 +211,18 @@ def test_interpolation_goes_on_beyond_the_ends():
 def test_a_vehicle_that_may_not_even_float_is_refused(depth):
     with pytest.raises(PreflightOptionError, match="Absolute Maximum Depth"):
         preflight(**{"Absolute Maximum Depth": depth})
+
+
+def test_a_start_from_rest_costs_a_distance_once_and_after_each_rest():
+    def forecast(*maneuvers, **changes):
+        found = preflight(**changes).check(plan_of(*maneuvers), KINDS, HERE, None, 0.0)
+        return [estimate.seconds for estimate in found.estimates.values()], found.energy
+
+    legs = goto(100, 0), goto(200, 0), imc.IdleManeuver(duration=10), goto(300, 0)
+    (before, less), (after, more) = forecast(*legs), forecast(*legs, **{"Run-Up Distance": "6"})
+    lost = [b - a for a, b in zip(before, after, strict=True)]
+    speed = legs[0].speed
+    assert lost == pytest.approx([6.0 / speed, 0.0, 0.0, 6.0 / speed])
+    assert more > less
+    with pytest.raises(PreflightOptionError, match="must be 0 m or more"):
+        preflight(**{"Run-Up Distance": "-1"})

@@ -184,6 +184,15 @@ def test_a_forecast_is_like_the_flight(profile, _, before, maneuver, radius):
     assert flown.report.completed is not is_too_short, flown.report.reason
 
 
+@pytest.mark.parametrize("profile", ["otter", "caravel"])
+@pytest.mark.parametrize("speed", [0.3, 0.5, 1.4])
+def test_the_forecast_of_a_slow_boat_from_rest_is_within_a_tenth(profile, speed):
+    """It gains speed over the same distance at each speed, which takes the longer the slower it is."""
+    flown = fly(profile, plan_of(imc.Goto(**place(120.0 * speed, 0.0), z_units=DEPTH, speed=speed)))
+    assert flown.watt_hours == pytest.approx(flown.forecast.energy / 3600.0, rel=0.1)
+    assert flown.seconds == pytest.approx(flown.forecast.estimates["m0"].seconds, rel=0.1)
+
+
 def test_a_popup_that_waits_for_a_fix_takes_at_most_the_forecast():
     popup = imc.PopUp(**place(FAR, 0), z=5.0, z_units=DEPTH, radius=15.0, speed=1.2, duration=60)
     flown = fly("lauv-noptilus-1", plan_of(popup))
