@@ -125,7 +125,7 @@ class StateQueries:
         return True
 
 
-def has_told_states(system: NetworkSystem) -> bool:
+def has_reported_states(system: NetworkSystem) -> bool:
     """Whether it has reported the states of its entities; else its errors are unknown."""
     return any(system.latest_message(kind) is not None for kind in (imc.EntityState, imc.VehicleState))
 
@@ -184,7 +184,7 @@ def system_to_dict(system: NetworkSystem) -> dict[str, object]:
         "lon": lon,
         "depth": state.depth if state is not None else None,
         "battery": fuel.value if fuel is not None else None,
-        "errors": list(system.errors) if has_told_states(system) else None,
+        "errors": list(system.errors) if has_reported_states(system) else None,
         "age": system.age,
         "network": sorted(system.links),
         "places": system.addresses,
@@ -230,7 +230,7 @@ def _table(systems: list[NetworkSystem]) -> Table:
             "" if state is None else format_position(*imc.coordinates.absolute_position(state)[:2]),
             "" if state is None else f"{state.depth:.1f} m",
             "" if fuel is None else f"{fuel.value:.0f} %",
-            printable(",".join(system.errors)) if has_told_states(system) else "?",
+            printable(",".join(system.errors)) if has_reported_states(system) else "?",
             f"{system.age:.1f} s",
             ", ".join(sorted(system.links)),
         )

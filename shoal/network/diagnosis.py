@@ -24,7 +24,7 @@ LOSSY = 0.02  # part of the packets
 CARRIERS = ("in contact", "dropped", "within range", "packets taken")
 """Words of entities about their network; no other message names the systems that a vehicle does not receive."""
 
-UNHEARD = "a firewall closes its port; or its Consoles do not list us; or it has not received our Announce"
+UNREACHED = "a firewall closes its port; or its Consoles do not list us; or it has not received our Announce"
 UNLISTED = "the name of our certificate or user is not in its Commanders, see [Zenoh]; or it is too busy"
 TAKEN = "another program"
 ADVICE = {
@@ -81,7 +81,7 @@ async def diagnose(network: Network, name: str = "", seconds: float = 2.5, patie
         network.subscribe(None, (imc.EstimatedState, imc.VehicleState))
     await _await_contact(network, name)
     began = time.monotonic()
-    before = {system.name: Counter(system.heard) for system in network.systems.values()}
+    before = {system.name: Counter(system.received) for system in network.systems.values()}
     await asyncio.sleep(seconds)
     past = time.monotonic() - began
     found = Diagnosis({link.name: link.trouble for link in network.links})
@@ -112,7 +112,7 @@ async def _await_contact(network: Network, name: str) -> None:
 
 
 def _contact(system: NetworkSystem, before: Counter[str], past: float) -> Contact:
-    rates = {link: (count - before[link]) / past for link, count in system.heard.items()}
+    rates = {link: (count - before[link]) / past for link, count in system.received.items()}
     return Contact(system.name, system.id, rates, system.age, clock=system.clock, is_vehicle=system.is_vehicle)
 
 
@@ -193,7 +193,9 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Fi
         add_finding(f"is received, but does not obey us: {contact.refusal}", "list our id in its [General] Consoles")
     elif contact.asked and not contact.answered:
         over_zenoh = contact.rates.get("zenoh", 0.0) == rate
-        add_finding("is received, but does not answer: nothing arrives from here", UNLISTED if over_zenoh else UNHEARD)
+        add_finding(
+            "is received, but does not answer: nothing arrives from here", UNLISTED if over_zenoh else UNREACHED
+        )
     elif contact.answered < contact.asked:
         lost = 100.0 * (1.0 - contact.answered / contact.asked)
         add_finding(
@@ -205,7 +207,7 @@ def _judge(network: Network, system: NetworkSystem, contact: Contact) -> list[Fi
             f"its clock is {abs(contact.clock):.1f} s {ahead} ours",
             "set the clocks by NTP or GPS; a simulation on a scaled clock deviates by design",
         )
-    total = sum(system.heard.values())  # integers
+    total = sum(system.received.values())  # integers
     for reason, number in sorted(contact.missed.items()):
         if not reason.startswith("lost") or number > LOSSY * total:
             add_finding(f"{number} packets: {reason}", advice_for(reason))

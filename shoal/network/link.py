@@ -94,8 +94,8 @@ class LinkListener(Protocol):
         """A system, or another process of it (`part`), is there, at a place; `number` is its id, if that is known."""
         ...
 
-    def on_vanished(self, link: "NetworkLink", system: str, part: str, *, is_told: bool) -> None:
-        """A part of a system is not there any more; `is_told`: this was reported, it has not only fallen silent."""
+    def on_vanished(self, link: "NetworkLink", system: str, part: str, *, is_reported: bool) -> None:
+        """A part of a system is not there any more; `is_reported`: this was reported, it has not only fallen silent."""
         ...
 
     def on_dropped(self, link: "NetworkLink", peer: str, reason: str, number: int = 1) -> None:
@@ -123,7 +123,7 @@ class NetworkLink(Protocol):
         """Whether a program has received our announcement and not answered: it is busy, or announces itself seldom."""
         ...
 
-    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
         """Start; returns as soon as packets can come, or `trouble` gives the reason."""
         ...
 

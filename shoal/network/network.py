@@ -100,7 +100,7 @@ class Network:
             takes = system.accepts_link(link)
             if not self._is_first(message, takes):
                 return
-            system.update(link, message, arrival.entity, is_heard=takes)
+            system.update(link, message, arrival.entity, is_received=takes)
             if (message.dst, message.dst_ent) == (self.console.id, LABELS):
                 return
         system.store_latest(message)
@@ -120,8 +120,8 @@ class Network:
     def on_appeared(self, link: NetworkLink, system: str, part: str, place: str, number: int | None = None) -> None:
         self.systems.add_process(link, system, part, place, number)
 
-    def on_vanished(self, link: NetworkLink, system: str, part: str, *, is_told: bool) -> None:
-        self.systems.remove_process(link, system, part, is_told=is_told)
+    def on_vanished(self, link: NetworkLink, system: str, part: str, *, is_reported: bool) -> None:
+        self.systems.remove_process(link, system, part, is_reported=is_reported)
 
     def on_dropped(self, link: NetworkLink, peer: str, reason: str, number: int = 1) -> None:
         known = self.systems.get(peer)

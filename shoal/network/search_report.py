@@ -70,7 +70,7 @@ class SearchReport:
     def absence_text(self, system: NetworkSystem) -> str:
         """The sentence for a system that is not there any more."""
         how = "gone; it has ended" if system.has_ended else f"not received any more, for {system.age:.0f} s"
-        troubles = [link.trouble for link in self._links if link.trouble and link.name in system.heard]
+        troubles = [link.trouble for link in self._links if link.trouble and link.name in system.received]
         return f"{system.name} is {how}{self._in_brackets(troubles)}"
 
     @staticmethod

@@ -20,7 +20,9 @@ SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
 FORGOTTEN = 1.2 * PERIOD  # s of silence after which a second vehicle of one name counts no longer
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
 WRONG = (imc.EntityState.State.FAULT, imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
-TOLD = 2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
+STILL_SENDING = (
+    2.5  # s since its last packet, after which a system that vanishes has fallen silent before; Heartbeat has 1 Hz
+)
 PATIENCE = 3.0  # s for an answer
 CONTACT = 20.0  # s from the Announce of a DUNE to its first data: it may miss our first one, and sends every 5 s
 FRESH = 3.0  # s; a packet that also comes over another network counts only if the first was silent for so long
@@ -30,7 +32,7 @@ FRESH = 3.0  # s; a packet that also comes over another network counts only if t
 class NetworkSystem:
     """A system, by its name. Times are of `time.monotonic`, in s; NaN or 0 before the first.
 
-    parts: where its processes are, by link and process. heard: packets by link. missed: packets that were lost, or
+    parts: where its processes are, by link and process. received: packets by link. missed: packets that were lost, or
     could not be read, by reason. others: further ids that use its name. rivals: further systems that use its id. clock:
     its time stamps less our time (s), the smallest difference of the last packets. has_ended: whether its end was
     announced. seen: when each of its ids was received last. appeared_at: when its newest process appeared. data_at:
@@ -41,7 +43,7 @@ class NetworkSystem:
     id: int | None = None
     parts: dict[tuple[str, str], str] = field(default_factory=dict[tuple[str, str], str])
     links: dict[str, NetworkLink] = field(default_factory=dict[str, NetworkLink])
-    heard: Counter[str] = field(default_factory=Counter[str])
+    received: Counter[str] = field(default_factory=Counter[str])
     last: dict[str, float] = field(default_factory=dict[str, float])
     missed: Counter[str] = field(default_factory=Counter[str])
     others: dict[int, str] = field(default_factory=dict[int, str])
@@ -142,18 +144,18 @@ class NetworkSystem:
 
     def count_packet(self, link: NetworkLink, message: imc.Message) -> None:
         """Count a packet, and what cannot be read of it. Announce goes to everybody: it is no sign of a contact."""
-        self.heard[link.name] += not isinstance(message, imc.Announce)
+        self.received[link.name] += not isinstance(message, imc.Announce)
         if isinstance(message, imc.Unknown):
             self.missed[f"unknown message id {message.id}"] += 1
         elif message.surplus:
             self.missed[f"schema mismatch: {type(message).__name__} is longer than ours"] += 1
 
-    def update(self, link: NetworkLink, message: imc.Message, entity: str, *, is_heard: bool) -> None:
+    def update(self, link: NetworkLink, message: imc.Message, entity: str, *, is_received: bool) -> None:
         """Store the data of a packet on the system besides its content; `entity` is its label, if known to the link.
 
-        `is_heard` is whether the packets of this link count, by `accepts_link`.
+        `is_received` is whether the packets of this link count, by `accepts_link`.
         """
-        if is_heard:
+        if is_received:
             self.last[link.name] = self.heard_at = time.monotonic()
         if not isinstance(message, imc.Announce):
             self.data_at = time.monotonic()
@@ -250,12 +252,14 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")
         self.changed.set()
 
-    def remove_process(self, link: NetworkLink, name: str, part: str, *, is_told: bool) -> None:
-        """Note that a process of a system has vanished from a link; `is_told` if it has reported so itself."""
+    def remove_process(self, link: NetworkLink, name: str, part: str, *, is_reported: bool) -> None:
+        """Note that a process of a system has vanished from a link; `is_reported` if it has reported so itself."""
         found = self.get(name)
         if found is None:
             return
-        found.has_ended = is_told and found.age < TOLD  # zenoh also reports the end of one that was never received
+        found.has_ended = (
+            is_reported and found.age < STILL_SENDING
+        )  # zenoh also reports the end of one that was never received
         found.parts.pop((link.name, part), None)
         if not any(link_name == link.name for link_name, _ in found.parts):
             found.links.pop(link.name, None)

@@ -59,8 +59,8 @@ class TCPLink:
     def awaits_answers(self) -> bool:
         return False
 
-    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
-        self._ear, self._console = ear, console
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
+        self._listener, self._console = listener, console
         tried = [asyncio.Event() for _ in self._lines]
         self._tasks = [asyncio.create_task(self._keep(*each)) for each in zip(self._lines, tried, strict=True)]
         with suppress(TimeoutError):
@@ -84,7 +84,7 @@ class TCPLink:
         if line.writer is None:
             return
         if line.writer.transport.get_write_buffer_size() > MOST_WAITING:
-            self._ear.on_dropped(self, str(line.place), "the other side does not read")
+            self._listener.on_dropped(self, str(line.place), "the other side does not read")
         else:
             line.writer.write(packet)
 
@@ -111,7 +111,7 @@ class TCPLink:
                     beating.cancel()
                     line.writer.close()
                     line.writer = None
-                    self._lose(line, is_told=trouble == CLOSED)
+                    self._lose(line, is_reported=trouble == CLOSED)
                 self._report_trouble(line, f"{line.place} {trouble}")
             await asyncio.sleep(RETRY)
 
@@ -131,20 +131,20 @@ class TCPLink:
     async def _read(self, line: _Connection, reader: asyncio.StreamReader) -> str:
         """Take packets until the connection ends, or is silent; which of the two."""
         parser = imc.StreamParser()
-        heard = since = time.monotonic()
+        received = since = time.monotonic()
         start = parser.incomplete_offset
         data = b"..."
         while data:
-            until = heard + SILENCE if start is None else min(heard + SILENCE, since + LONGEST_UNFINISHED)
+            until = received + SILENCE if start is None else min(received + SILENCE, since + LONGEST_UNFINISHED)
             packets: list[bytes] = []
             before = parser.lost
             try:
                 async with asyncio.timeout(until - time.monotonic()):
                     data = await reader.read(LARGEST_PACKET)
-                heard = time.monotonic()
+                received = time.monotonic()
                 packets = parser.feed_packets(data) if data else parser.close_packets()
             except TimeoutError:
-                if time.monotonic() >= heard + SILENCE:
+                if time.monotonic() >= received + SILENCE:
                     return f"has sent nothing for {SILENCE:g} s"
             except OSError:
                 break
@@ -156,7 +156,7 @@ class TCPLink:
             for packet in packets:
                 self._take(line, packet)
             if parser.lost > before:
-                self._ear.on_dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
+                self._listener.on_dropped(self, str(line.place), f"between packets: {parser.losses[-1].reason}")
         return CLOSED
 
     def _take(self, line: _Connection, packet: bytes) -> None:
@@ -169,18 +169,18 @@ class TCPLink:
         elif source not in line.names and time.monotonic() - line.began > NAMELESS:
             self._name(line, source, f"0x{source:04X}")
         if source in line.names:
-            self._ear.on_packet(self, ReceivedPacket(packet, line.names[source], "", f"at {line.place}"))
+            self._listener.on_packet(self, ReceivedPacket(packet, line.names[source], "", f"at {line.place}"))
 
     def _name(self, line: _Connection, source: int, name: str) -> None:
         known = line.names.get(source)
         if not name or name == known or (known is None and len(line.names) >= MOST_SYSTEMS):
             return
         if known is not None:
-            self._ear.on_vanished(self, known, f"{line.place} {source}", is_told=True)
+            self._listener.on_vanished(self, known, f"{line.place} {source}", is_reported=True)
         line.names[source] = name
-        self._ear.on_appeared(self, name, f"{line.place} {source}", f"at {line.place}", source)
+        self._listener.on_appeared(self, name, f"{line.place} {source}", f"at {line.place}", source)
 
-    def _lose(self, line: _Connection, *, is_told: bool) -> None:
+    def _lose(self, line: _Connection, *, is_reported: bool) -> None:
         names, line.names = line.names, {}
         for source, name in names.items():
-            self._ear.on_vanished(self, name, f"{line.place} {source}", is_told=is_told)
+            self._listener.on_vanished(self, name, f"{line.place} {source}", is_reported=is_reported)

@@ -46,11 +46,11 @@ class _Peer:
     uid: str
     endpoint: Endpoint
     announced: float
-    heard: float = 0.0
+    received: float = 0.0
 
     @property
     def seen(self) -> float:
-        return max(self.announced, self.heard)
+        return max(self.announced, self.received)
 
 
 class UDPLink:
@@ -75,14 +75,14 @@ class UDPLink:
         self._beating: asyncio.Task[None] | None = None
         self._refused: set[Endpoint] = set()
         self._own_place: Endpoint | None = None
-        self._has_heard = False
-        self._rival_heard = 0.0
+        self._has_received = False
+        self._rival_received = 0.0
         self.deaf: bool = False
         self.is_far: bool = not all(place.address.startswith("127.") for place in self._places)
 
     @property
     def discovery_timeout(self) -> float:
-        if self.awaits_answers or (self.is_far and self._has_heard):
+        if self.awaits_answers or (self.is_far and self._has_received):
             return PERIOD + 1.0
         return FAR if self.is_far else NEAR
 
@@ -92,8 +92,8 @@ class UDPLink:
         asked = here | {place for place in self._places if place.port}
         return len(asked - self._refused) > len(self._everybody())
 
-    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
-        self._ear, self._console = ear, console
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
+        self._listener, self._console = listener, console
         address = EVERYWHERE if self.is_far else LOOPBACK
         try:
             self._data = _bound_socket(address, console)
@@ -139,22 +139,22 @@ class UDPLink:
         next_announce = 0.0
         while True:
             now = time.monotonic()
-            if self._rival_heard and now - self._rival_heard > UNSEEN:
-                self._rival_heard, self.trouble = 0.0, ""
+            if self._rival_received and now - self._rival_received > UNSEEN:
+                self._rival_received, self.trouble = 0.0, ""
             if now >= next_announce:
                 self._announce()
                 next_announce = now + next(wait, PERIOD)
             for peer in self._everybody():
-                if peer.heard and now - peer.heard > SILENCE:
-                    self._lose(peer, is_told=False)
+                if peer.received and now - peer.received > SILENCE:
+                    self._lose(peer, is_reported=False)
                     self._missed[peer.id] = peer
                 elif now - peer.announced > UNSEEN:
-                    self._lose(peer, is_told=False)
-                elif peer.heard:
+                    self._lose(peer, is_reported=False)
+                elif peer.received:
                     self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
                 else:
                     self._greet(peer)
-            self._missed = {id: peer for id, peer in self._missed.items() if now - peer.heard < MISSED}
+            self._missed = {id: peer for id, peer in self._missed.items() if now - peer.received < MISSED}
             for peer in self._missed.values():
                 self._greet(peer)
             await asyncio.sleep(min(BEAT, next_announce - now))
@@ -202,7 +202,7 @@ class UDPLink:
                 with suppress(OSError):
                     self._data.sendto(packet, place)
             elif error.errno == errno.EMSGSIZE:
-                self._ear.on_dropped(self, str(place), "too long for a datagram")
+                self._listener.on_dropped(self, str(place), "too long for a datagram")
 
     def _look_for_refusals(self) -> None:
         """Systems whose computer reports a closed port have ended."""
@@ -211,15 +211,15 @@ class UDPLink:
             self._missed = {id: peer for id, peer in self._missed.items() if peer.endpoint != place}
             for peer in self._everybody():
                 if place == peer.endpoint:
-                    self._lose(peer, is_told=True)
+                    self._lose(peer, is_reported=True)
 
     def _everybody(self) -> list[_Peer]:
         return [*self._peers.values(), *self._twins.values()]
 
-    def _lose(self, peer: _Peer, *, is_told: bool) -> None:
+    def _lose(self, peer: _Peer, *, is_reported: bool) -> None:
         if self._twins.pop(peer.uid, None) is None:
             self._peers.pop(peer.id, None)
-        self._ear.on_vanished(self, peer.name, peer.uid, is_told=is_told)
+        self._listener.on_vanished(self, peer.name, peer.uid, is_reported=is_reported)
 
     def _read_announcements(self) -> None:
         assert self._discovery is not None
@@ -230,24 +230,24 @@ class UDPLink:
         try:
             message = imc.decode(packet)
         except imc.DecodeError as error:
-            self._ear.on_dropped(self, sender.address, f"announcement: {error.reason}")
+            self._listener.on_dropped(self, sender.address, f"announcement: {error.reason}")
             return
         if not isinstance(message, imc.Announce):
             return
         if message.src != self._console.id:
-            self._has_heard = True
+            self._has_received = True
             self._meet(message, sender)
         elif Services.parse(message.services).uid != self._console.uid:  # a vehicle sends to the newer of us only
-            self._rival_heard = time.monotonic()
+            self._rival_received = time.monotonic()
             shared = f"another program at {sender.address} uses the id 0x{self._console.id:04X}"
             self.trouble = f"{shared}: give each program its own (SHOAL_CONSOLE), and list all in Consoles"
-            self._ear.on_dropped(self, sender.address, f"another program uses our id 0x{self._console.id:04X}")
+            self._listener.on_dropped(self, sender.address, f"another program uses our id 0x{self._console.id:04X}")
 
     def _meet(self, announce: imc.Announce, sender: Endpoint) -> None:
         services = Services.parse(announce.services)
         name, places = displayable_name(announce.sys_name), services.endpoints("imc+udp", sender.address)
         if not places or not name:
-            self._ear.on_dropped(self, name or sender.address, "announced without an address for packets")
+            self._listener.on_dropped(self, name or sender.address, "announced without an address for packets")
             return
         known = self._peers.get(announce.src)
         uid = services.uid or str(announce.src)
@@ -255,10 +255,10 @@ class UDPLink:
         if known is not None and known.uid != uid and known.endpoint != places[0] and now - known.seen < SILENCE:
             if len(self._twins) < MOST_PEERS:
                 self._twins[uid] = _Peer(announce.src, name, uid, places[0], now)
-                self._ear.on_appeared(self, name, uid, f"at {places[0]}", announce.src)
+                self._listener.on_appeared(self, name, uid, f"at {places[0]}", announce.src)
             return
         if known is not None and (known.uid, known.name) != (uid, name):
-            self._lose(known, is_told=True)
+            self._lose(known, is_reported=True)
             known = None
         if known is None:
             if len(self._peers) >= MOST_PEERS:
@@ -267,9 +267,9 @@ class UDPLink:
             self._missed.pop(announce.src, None)
             known = self._peers[announce.src] = _Peer(announce.src, name, uid, places[0], now)
         known.endpoint, known.announced = places[0], now
-        self._ear.on_appeared(self, name, uid, f"at {places[0]}", announce.src)
-        self._ear.on_packet(self, ReceivedPacket(imc.encode(announce), name, "", f"at {places[0]}"))
-        if not known.heard:
+        self._listener.on_appeared(self, name, uid, f"at {places[0]}", announce.src)
+        self._listener.on_packet(self, ReceivedPacket(imc.encode(announce), name, "", f"at {places[0]}"))
+        if not known.received:
             self._greet(known)
 
     def _greet(self, peer: _Peer) -> None:
@@ -284,7 +284,7 @@ class UDPLink:
                 self._take_announcement(packet, sender)
                 continue
             source = int.from_bytes(packet[14:16], order)
-            self._has_heard = self._has_heard or source != self._console.id
+            self._has_received = self._has_received or source != self._console.id
             peer = self._peers.get(source) or self._found_again(source, sender)
             if peer is None:  # damaged in the header, or another protocol
                 peer = next((one for one in self._peers.values() if one.endpoint == sender), None)
@@ -292,16 +292,16 @@ class UDPLink:
                 now = time.monotonic()
                 name = f"0x{source:04X}"
                 peer = self._peers[source] = _Peer(source, name, name, sender, now + 1e9)
-                self._ear.on_appeared(self, name, name, f"at {sender}", source)
+                self._listener.on_appeared(self, name, name, f"at {sender}", source)
             if peer is None and source in OPERATORS:
                 continue  # another console, which greets everybody; its Announce comes every 10 s
             if peer is None:
-                self._ear.on_dropped(self, f"0x{source:04X} at {sender.address}", "not announced")
+                self._listener.on_dropped(self, f"0x{source:04X} at {sender.address}", "not announced")
             elif peer.endpoint.address != sender.address:
-                self._ear.on_dropped(self, peer.name, f"from {sender.address}, not from {peer.endpoint.address}")
+                self._listener.on_dropped(self, peer.name, f"from {sender.address}, not from {peer.endpoint.address}")
             else:
-                peer.heard = time.monotonic()
-                self._ear.on_packet(self, ReceivedPacket(packet, peer.name, "", f"at {sender}"))
+                peer.received = time.monotonic()
+                self._listener.on_packet(self, ReceivedPacket(packet, peer.name, "", f"at {sender}"))
 
     def _found_again(self, source: int, sender: Endpoint) -> _Peer | None:
         """A system that fell silent and is received again, before it has announced itself again."""
@@ -311,7 +311,7 @@ class UDPLink:
         del self._missed[source]
         self._peers[source] = peer
         peer.announced = time.monotonic()
-        self._ear.on_appeared(self, peer.name, peer.uid, f"at {peer.endpoint}", source)
+        self._listener.on_appeared(self, peer.name, peer.uid, f"at {peer.endpoint}", source)
         return peer
 
     def _is_asked(self, sender: Endpoint) -> bool:

@@ -84,8 +84,8 @@ class ZenohLink:
     def awaits_answers(self) -> bool:
         return False
 
-    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
-        self._ear, self._console = ear, console
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
+        self._listener, self._console = listener, console
         self._loop = asyncio.get_running_loop()
         for name in (console.name, f"0x{console.id:04X}"):
             self._wanted.setdefault(f"imc/{key_chunk(name)}/@cmd/**", None)
@@ -143,7 +143,7 @@ class ZenohLink:
                 priority=zenoh.Priority.REAL_TIME,
             )
         except Exception as error:
-            self._ear.on_dropped(self, system, f"zenoh did not send it: {error_text(error)}")
+            self._listener.on_dropped(self, system, f"zenoh did not send it: {error_text(error)}")
 
     async def close(self) -> None:
         if self._announcing is not None:
@@ -267,7 +267,7 @@ class ZenohLink:
             self._arrive(self._waiting.popleft())
         if self._overflow:
             number, self._overflow = self._overflow, 0
-            self._ear.on_dropped(self, "", "this program is too slow for what it asked for", number)
+            self._listener.on_dropped(self, "", "this program is too slow for what it asked for", number)
         if self._waiting:
             self._wake()
 
@@ -286,7 +286,7 @@ class ZenohLink:
             self._take_answers_of(chunks[1])
             self._announce_soon()
             self._present.add(expression)
-            self._ear.on_appeared(self, system, part, place, number)
+            self._listener.on_appeared(self, system, part, place, number)
             return
         self._present.discard(expression)
         # The process that we are connected to has ended, and with it the way to all others.
@@ -298,7 +298,7 @@ class ZenohLink:
 
     def _lose(self, expression: str, system: str, part: str) -> None:
         if expression not in self._present and self._session is not None:
-            self._ear.on_vanished(self, system, part, is_told=True)
+            self._listener.on_vanished(self, system, part, is_reported=True)
 
     def _arrive(self, sample: _Sample) -> None:
         chunks = sample.key.split("/")
@@ -310,7 +310,7 @@ class ZenohLink:
             system, entity = unquote(chunks[1]), unquote(chunks[3])
         if system == self._console.name or not self._is_new(sample, system) or _is_of_console(sample.packet):
             return
-        self._ear.on_packet(self, ReceivedPacket(sample.packet, system, entity, "", sample.is_old))
+        self._listener.on_packet(self, ReceivedPacket(sample.packet, system, entity, "", sample.is_old))
 
     def _is_new(self, sample: _Sample, system: str) -> bool:
         """Whether a packet did not come before by another way; counts those that are missing before it."""
@@ -322,7 +322,7 @@ class ZenohLink:
         if not 0 < ahead < 0x80000000:
             return False
         if ahead > 1:
-            self._ear.on_dropped(self, system, "lost on the way", ahead - 1)
+            self._listener.on_dropped(self, system, "lost on the way", ahead - 1)
         if last is None and len(self._numbers) >= MOST_PUBLISHERS:
             self._numbers.clear()
         self._numbers[publisher] = number

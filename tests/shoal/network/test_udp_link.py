@@ -19,7 +19,7 @@ class Ear:
     def on_appeared(self, link, system, part, place, number=None):
         self.there.add(system)
 
-    def on_vanished(self, link, system, part, *, is_told):
+    def on_vanished(self, link, system, part, *, is_reported):
         self.there.discard(system)
 
     def on_packet(self, link, arrival):
