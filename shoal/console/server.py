@@ -103,6 +103,7 @@ class ConsoleServer:
                 lifespan="off",
                 access_log=False,
                 server_header=False,
+                date_header=False,
                 log_config=None,
                 timeout_graceful_shutdown=ENDING,
                 ssl_certfile=self.security.certificate,
@@ -160,7 +161,7 @@ class ConsoleServer:
             self._flights.close()
             if self._replay is not None:
                 self._replay.close()
-            self._server.should_exit = True
+            self._server.end()
             loops.append(end)
             for task in loops:
                 task.cancel()
@@ -168,6 +169,19 @@ class ConsoleServer:
 
 
 class _Server(uvicorn.Server):
+    """Sleeps until it is ended: uvicorn's own loop looks ten times a second, and only for what is not used here."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self._ended = asyncio.Event()
+
+    def end(self) -> None:
+        self.should_exit = True
+        self._ended.set()
+
+    async def main_loop(self) -> None:
+        await self._ended.wait()
+
     @contextmanager
     def capture_signals(self) -> Generator[None]:
         """Leave signals to the program."""
