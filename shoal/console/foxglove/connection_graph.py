@@ -1,4 +1,4 @@
-"""The connection graph: publishing and consuming tasks of each topic."""
+"""The tasks that publish and consume each topic."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache

@@ -26,7 +26,7 @@ BILLION = 1_000_000_000
 
 
 class LiveViewer(Protocol):
-    """A receiver of the feed."""
+    """A viewer, as the feed needs it."""
 
     def on_channels(self, channels: Iterable[protocol.Json]) -> None: ...
     def on_message(self, channel: int, time: int, data: bytes) -> None: ...

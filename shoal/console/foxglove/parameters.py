@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import cast
 
 from shoal.console.authority import AuthorityError, Permit
-from shoal.console.foxglove.protocol import Json, ParameterSetting
+from shoal.console.foxglove.protocol import GivenParameter, Json
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
@@ -37,7 +37,7 @@ class ParameterAccess:
         found = await asyncio.gather(*(self._some_of(place, wanted[place], report) for place in wanted))
         return [value for values in found for value in values]
 
-    async def set(self, values: Iterable[ParameterSetting], permit: Permit, report: Report) -> list[Json]:
+    async def set(self, values: Iterable[GivenParameter], permit: Permit, report: Report) -> list[Json]:
         """Set parameters that `permit` allows; returns those that the vehicle has accepted."""
         texts: dict[str, str] = {}
         for value in values:

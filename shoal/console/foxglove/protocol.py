@@ -53,22 +53,22 @@ class Unsubscribe(_Op, tag="unsubscribe", frozen=True):
     subscription_ids: list[int]
 
 
-class GetParametersRequest(_Op, tag="getParameters", frozen=True):
+class GetParameters(_Op, tag="getParameters", frozen=True):
     """All parameters if no name is given."""
 
     parameter_names: list[str]
     id: str | None = None
 
 
-class ParameterSetting(msgspec.Struct, frozen=True):
+class GivenParameter(msgspec.Struct, frozen=True):
     """A parameter; without a value it is to be removed."""
 
     name: str
     value: Any = None
 
 
-class SetParametersRequest(_Op, tag="setParameters", frozen=True):
-    parameters: list[ParameterSetting]
+class ChangeParameters(_Op, tag="setParameters", frozen=True):
+    parameters: list[GivenParameter]
     id: str | None = None
 
 
@@ -104,8 +104,8 @@ class ServiceCall(NamedTuple):
 Request = (
     Subscribe
     | Unsubscribe
-    | GetParametersRequest
-    | SetParametersRequest
+    | GetParameters
+    | ChangeParameters
     | SubscribeParameterUpdates
     | UnsubscribeParameterUpdates
     | SubscribeConnectionGraph

@@ -1,11 +1,11 @@
-"""Access of viewers: tokens to watch or to operate, and allowed origins."""
+"""Access of viewers: tokens, to watch or to operate, and origins of web pages."""
 
 import hmac
 import secrets
 from collections.abc import Collection
 
 DESKTOP_ORIGINS = ("file://", "null")
-"""Origins that viewers send which are no web pages; a page in a file needs the token, too."""
+"""Origins of viewers that are no web pages; a page in a file sends the same, and needs the token, too."""
 
 
 class ViewerAccess:

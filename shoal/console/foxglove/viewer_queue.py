@@ -1,4 +1,4 @@
-"""Frames that wait for a viewer: answers in order, and messages, of which a slow viewer loses the oldest."""
+"""Frames that wait for a viewer: answers in their order, and messages, of which a slow viewer loses the oldest."""
 
 import asyncio
 from collections import deque

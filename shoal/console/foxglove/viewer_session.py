@@ -117,9 +117,9 @@ class ViewerSession:
             case protocol.Unsubscribe():
                 for number in request.subscription_ids:
                     self._unsubscribe(number)
-            case protocol.GetParametersRequest():
+            case protocol.GetParameters():
                 self._do(self._get_parameters(request))
-            case protocol.SetParametersRequest():
+            case protocol.ChangeParameters():
                 if not self._may_operate:
                     raise ProtocolError("this viewer may watch only: no parameter was set")
                 self._do(self._set_parameters(request))
@@ -168,11 +168,11 @@ class ViewerSession:
         self._work.add(task)
         task.add_done_callback(self._work.discard)
 
-    async def _get_parameters(self, request: protocol.GetParametersRequest) -> None:
+    async def _get_parameters(self, request: protocol.GetParameters) -> None:
         values = await self._parameters.get(request.parameter_names, self._report)
         self.queue.put_answer(protocol.parameter_values(values, request.id))
 
-    async def _set_parameters(self, request: protocol.SetParametersRequest) -> None:
+    async def _set_parameters(self, request: protocol.ChangeParameters) -> None:
         values = await self._parameters.set(request.parameters, self._permit, self._report)
         if request.id is not None:
             self.queue.put_answer(protocol.parameter_values(values, request.id))
