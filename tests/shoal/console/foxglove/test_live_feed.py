@@ -142,7 +142,7 @@ def test_one_message_goes_to_each_subscription_and_is_encoded_once(monkeypatch):
     run(work)
 
 
-def test_nothing_is_received_without_viewers():
+def test_nothing_is_taken_without_viewers():
     async def work(radio, feed):
         session = session_of(feed)
         running = session.start()
