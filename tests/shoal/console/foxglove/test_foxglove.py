@@ -9,7 +9,6 @@ import time
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from tests.outside import PATIENCE, until
 from tests.shoal.console.foxglove.viewer import OLD, SDK, Viewer
 from tests.shoal.console.operator_page import operator_page
 from tests.shoal.network.running import running
@@ -262,24 +261,3 @@ def test_the_layout_has_the_topics_of_the_vehicle_and_needs_a_token(console):
     assert layout["configById"]["map!vehicles"]["center"]["lat"] == pytest.approx(41.185, abs=0.01)
     _, _, headers = fetch(console, f"/layout.json?token={token_of(console)}", Origin="https://evil.example")
     assert "access-control-allow-origin" not in headers
-
-
-def test_a_viewer_that_does_not_read_loses_the_oldest_and_delays_no_other(console):
-    with Viewer(console.operate) as other:
-        other.subscribe(STATE, 1)
-        slow = Viewer(console.operate, compression=None, max_queue=1)
-        channels = slow.until(lambda: len(slow.channels) > 50 and slow.channels)
-        wanted = [{"id": number, "channelId": each["id"]} for number, each in enumerate(channels.values())]
-        slow.connection.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        slow.send("subscribe", subscriptions=wanted)
-        began, count = time.monotonic(), len(other.messages)
-        while time.monotonic() - began < 5.0:
-            other.read(0.2)
-        assert len(other.messages) - count > 20
-
-        def counts():
-            return json.loads(fetch(console, f"/foxglove/counts.json?token={token_of(console)}")[1])
-
-        until(lambda: counts().get("messages dropped: a viewer is slow", 0) > 0, PATIENCE, told=lambda: str(counts()))
-        slow.status("messages were dropped: this viewer, or its network, is too slow")
-        slow.close()

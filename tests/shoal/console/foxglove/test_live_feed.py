@@ -14,33 +14,11 @@ from shoal.console.foxglove.parameters import ParameterAccess, value_text, value
 from shoal.console.foxglove.vehicle_services import VehicleServices
 from shoal.console.foxglove.viewer_session import ViewerSession
 from shoal.network import Network
-from shoal.network.link import NetworkError, ReceivedPacket
+from shoal.network.link import NetworkError
+from tests.shoal.console.foxglove.packet_radio import Radio
 
 HEADER = {"timestamp": 1.7e9, "src": 0x1A, "src_ent": 7}
 LABELS = imc.EntityList(op=imc.EntityList.Op.REPORT, list="Navigation=7;CTD=8", **HEADER)
-
-
-class Radio:
-    """A link that only brings packets."""
-
-    name, trouble, delivers_all = "radio", "", True
-    discovery_timeout = 0.0
-
-    async def open(self, ear, console):
-        self.ear = ear
-
-    def subscribe(self, system, messages):
-        pass
-
-    def send(self, system, message, packet):
-        pass
-
-    async def close(self):
-        pass
-
-    def bring(self, *messages, system="lauv-noptilus-1"):
-        for message in messages:
-            self.ear.on_packet(self, ReceivedPacket(imc.encode(message), system))
 
 
 def nobody(name, order=""):
