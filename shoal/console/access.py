@@ -72,7 +72,8 @@ class Access:
         )
         if found is None:
             raise LoginError(
-                "this link has been used, or is older than ten minutes: start the console or vehicle again"
+                "this link has been used, or is older than ten minutes: start `shoal console` again, or "
+                "log in as a user that `shoal console user` has made, also while a vehicle runs"
             )
         del self._links[found]
         return self._open(LOCAL)

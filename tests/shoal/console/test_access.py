@@ -1,8 +1,10 @@
 """One-time links, sessions, and the limit of logins."""
 
+import asyncio
+
 import pytest
 
-from shoal.console import Access, LoginError
+from shoal.console import Access, LoginError, Role, Users
 
 
 class Clock:
@@ -74,3 +76,32 @@ def test_the_oldest_of_too_many_sessions_ends(clock):
         clock.now += 60.0
         secrets.append(access.login(access.make_link_token()))
     assert [access.is_logged_in(each) for each in secrets[:2]] == [False, True]
+
+
+def test_a_user_logs_in_with_a_password_and_is_out_when_removed(clock, tmp_path):
+    users = Users(tmp_path)
+    users.add("anna", Role.OPERATE, "correct horse")
+    access = Access(clock, users)
+    secret = asyncio.run(access.login_user("anna", "correct horse"))
+    assert access.session(secret).user.name == "anna"
+    users.add("anna", Role.WATCH, "correct horse")
+    assert access.session(secret).user.role is Role.WATCH
+    users.remove("anna")
+    assert access.session(secret) is None
+
+
+@pytest.mark.parametrize(("name", "password"), [("anna", "wrong"), ("ben", "correct horse"), (None, None), (3, [])])
+def test_a_wrong_name_or_password_is_rejected_in_the_same_words(clock, tmp_path, name, password):
+    users = Users(tmp_path)
+    users.add("anna", Role.OPERATE, "correct horse")
+    for access in (Access(clock, users), Access(clock)):
+        with pytest.raises(LoginError, match=r"^wrong name or password$"):
+            asyncio.run(access.login_user(name, password))
+
+
+def test_who_guesses_shuts_out_nobody_at_another_address(clock):
+    access = Access(clock)
+    for _ in range(20):
+        with pytest.raises(LoginError):
+            access.login("guess", "10.0.0.9")
+    assert access.is_logged_in(access.login(access.make_link_token(), "10.0.0.7"))
