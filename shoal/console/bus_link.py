@@ -45,7 +45,7 @@ class BusLink(NetworkLink):
     def awaits_answers(self) -> bool:
         return False
 
-    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
         loop = asyncio.get_running_loop()
 
         def wake() -> None:
@@ -53,8 +53,8 @@ class BusLink(NetworkLink):
                 loop.call_soon_threadsafe(self._woken.set)
 
         packets = self._task.connect_page(console.id, wake)
-        ear.on_appeared(self, self._task.system_name, "bus", "", self._task.system)
-        self._looking = asyncio.create_task(self._look(ear, packets))
+        listener.on_appeared(self, self._task.system_name, "bus", "", self._task.system)
+        self._looking = asyncio.create_task(self._look(listener, packets))
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         self._task.request_messages(messages)
@@ -75,11 +75,11 @@ class BusLink(NetworkLink):
             self._is_active = is_active
             self._task.set_watched(is_active)
 
-    async def _look(self, ear: LinkListener, packets: PagePackets) -> None:
+    async def _look(self, listener: LinkListener, packets: PagePackets) -> None:
         loop, name = asyncio.get_running_loop(), self._task.system_name
         while True:
             for packet in packets.take():
-                ear.on_packet(self, ReceivedPacket(packet, name))
+                listener.on_packet(self, ReceivedPacket(packet, name))
             self._set_active(self.is_watched() or loop.time() < self._active_until)
             with suppress(TimeoutError):
                 async with asyncio.timeout(LOOK if self._is_active else IDLE_LOOK):

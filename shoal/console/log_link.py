@@ -37,7 +37,7 @@ class LogLink:
         self.speed: float = 1.0
         self.is_playing: bool = False
         self.jumped: Callable[[], object] = lambda: None
-        self._ear: LinkListener | None = None
+        self._listener: LinkListener | None = None
         self._wanted: float | None = 0.0  # where to jump
         self._woken = asyncio.Event()
         self._landed = asyncio.Condition()
@@ -66,10 +66,10 @@ class LogLink:
     def awaits_answers(self) -> bool:
         return False
 
-    async def open(self, ear: LinkListener, console: ConsoleIdentity) -> None:
-        self._ear = ear
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
+        self._listener = listener
         for number, name in self._names.items():
-            ear.on_appeared(self, name, "", "", number)
+            listener.on_appeared(self, name, "", "", number)
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The log brings everything."""
@@ -78,7 +78,7 @@ class LogLink:
         """Nothing can be sent to a log."""
 
     async def close(self) -> None:
-        self._ear = None
+        self._listener = None
         self.states.close()
 
     def describe(self) -> dict[str, object]:
@@ -151,7 +151,7 @@ class LogLink:
         self._deliver(packets)
 
     def _deliver(self, packets: Sequence[bytes]) -> None:
-        if self._ear is None:
+        if self._listener is None:
             return
         labels = self.states.names.labels
         for packet in packets:
@@ -159,7 +159,7 @@ class LogLink:
             name = self._names.get(head.src)
             if name is not None:
                 label = labels.get((head.src, head.src_ent), "")
-                self._ear.on_packet(self, ReceivedPacket(packet, name, label))
+                self._listener.on_packet(self, ReceivedPacket(packet, name, label))
 
 
 def _number(name: str, value: object) -> float:

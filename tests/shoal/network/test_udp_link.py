@@ -43,22 +43,22 @@ def test_a_system_behind_a_network_that_was_cut_is_back_before_it_announces_itse
 
     async def act():
         ports = discovery_ports()
-        station, ear, link = Station(ports), Ear(), UDPLink(ports=ports)
+        station, listener, link = Station(ports), Ear(), UDPLink(ports=ports)
 
         def speaks():
             station.listen()
             if station.heard:
                 station.send(station.packet(imc.Heartbeat()))
-            return ear.beats
+            return listener.beats
 
-        await link.open(ear, ConsoleIdentity(0x4321, "test"))
+        await link.open(listener, ConsoleIdentity(0x4321, "test"))
         station.announce()
         await until(speaks)
-        await until(lambda: not ear.there)
+        await until(lambda: not listener.there)
         station.listen()
-        station.heard, ear.beats = [], 0
+        station.heard, listener.beats = [], 0
         await until(speaks, 2.5)
-        assert ear.there == {"station"}
+        assert listener.there == {"station"}
         station.close()
         await link.close()
 

@@ -10,8 +10,8 @@ class Radio:
     name, trouble, delivers_all = "radio", "", True
     discovery_timeout = 0.0
 
-    async def open(self, ear, console):
-        self.ear = ear
+    async def open(self, listener, console):
+        self.listener = listener
 
     def subscribe(self, system, messages):
         pass
@@ -24,4 +24,4 @@ class Radio:
 
     def bring(self, *messages, system="lauv-noptilus-1"):
         for message in messages:
-            self.ear.on_packet(self, ReceivedPacket(imc.encode(message), system))
+            self.listener.on_packet(self, ReceivedPacket(imc.encode(message), system))
