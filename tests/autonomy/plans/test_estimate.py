@@ -221,8 +221,10 @@ def test_a_start_from_rest_costs_a_distance_once_and_after_each_rest():
     legs = goto(100, 0), goto(200, 0), imc.IdleManeuver(duration=10), goto(300, 0)
     (before, less), (after, more) = forecast(*legs), forecast(*legs, **{"Run-Up Distance": "6"})
     lost = [b - a for a, b in zip(before, after, strict=True)]
-    speed = legs[0].speed
+    speed, standing = legs[0].speed, imc.FollowSystem(duration=60, z_units=imc.ZUnits.DEPTH)
     assert lost == pytest.approx([6.0 / speed, 0.0, 0.0, 6.0 / speed])
     assert more > less
+    with pytest.raises(PlanError, match="m0: speed must be above 0"):
+        preflight().check(plan_of(standing), [standing.ID], HERE, None, 0.0)
     with pytest.raises(PreflightOptionError, match="must be 0 m or more"):
         preflight(**{"Run-Up Distance": "-1"})

@@ -74,6 +74,7 @@ def refusal(plan, **options):
         (plan_of(goto(0, 0).replace(lat=2.0)), "m0: lat 114.592° is out of range"),
         (plan_of(goto(0, 0).replace(lon=-4.0)), "m0: lon -229.183° is out of range"),
         (plan_of(goto(0, 0, speed=0.0)), "m0: speed must be above 0"),
+        (plan_of(imc.FollowSystem(duration=60, z_units=DEPTH)), "m0: speed must be above 0"),
         (plan_of(goto(40_000, 0)), "m0: a leg of 40.0 km is longer than 25 km"),
         (plan_of(goto(20_000, 0), goto(-20_000, 0)), "m1: a leg of 40.0 km is longer than 25 km"),
         (plan_of(imc.Rows(speed=1, width=0, z_units=DEPTH)), "m0: width, length and step must be at least 1 mm"),
