@@ -121,6 +121,7 @@ class AscentMonitor:
             self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
         self._depth, self._updated = depth, now
         self._end_long_stop(now)
+        self._grounds = math.inf if rising is None else self._grounds
         shallow = depth <= self.surface + (ABOVE if self._climbs else -ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced:
             self._sank |= jumped > 0.0 or self._risen < -SANK
@@ -148,6 +149,7 @@ class AscentMonitor:
     def update_without_depth(self, now: float, depth: float, elapsed: float) -> None:
         """Help for the time that the last depth (m) takes; it was measured `elapsed` s ago."""
         self._end_long_stop(now)
+        self._grounds = math.inf
         if elapsed > self.delay:
             self.stops_dive = False
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth

@@ -302,6 +302,24 @@ def test_a_vehicle_that_would_reach_the_bottom_before_is_not_left_to_its_buoyanc
     assert begins(lambda t: -1.0, 0.1) == math.inf, "none is known"
 
 
+@pytest.mark.parametrize("sensed", [True, False])
+def test_a_bottom_that_was_near_before_the_estimate_fell_silent_hurries_no_help(sensed):
+    monitor, begun = AscentMonitor(0.3, 20.0), math.inf
+    monitor.reset(0.0)
+    monitor.update(0.0, 10.0, False, False, -0.1)
+    monitor.watch_bottom(0.0, 0.5, 0.0, -0.1)
+    for tick in range(1, 4 * 15):
+        if sensed:
+            monitor.update(0.25 * tick, 10.0, False, False, None)
+        elif tick < 4 * 10:
+            monitor.update_without_depth(0.25 * tick, 10.0, 0.25 * tick)
+        else:
+            monitor.update(0.25 * tick, 10.0, False, False, 0.05)
+            monitor.watch_bottom(0.25 * tick, 0.5, 0.0, 0.05)
+        begun = min(begun, 0.25 * tick) if monitor.helping else begun
+    assert begun == math.inf
+
+
 def test_a_vehicle_whose_depth_has_jumped_to_the_surface_climbs():
     depths, _ = sinks_unseen(0.0, 5.0)
     assert depths[-1] < 0.1
