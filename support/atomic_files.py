@@ -29,11 +29,11 @@ def write_output(path: Path, data: bytes) -> None:
 
     A file that exists keeps its permissions, a link its target. Raises OSError that names the file.
     """
-    place = path.resolve() if path.is_symlink() else path
     with add_path_to_errors(path):
-        if place.exists() and not place.is_file():
-            place.write_bytes(data)
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)
             return
+        place = path.resolve() if path.is_symlink() else path
         mode = stat.S_IMODE(place.stat().st_mode) if place.exists() else None
         with replace_file(place, mode) as file:
             file.write(data)

@@ -230,6 +230,11 @@ def test_an_output_goes_through_links_keeps_permissions_and_leaves_devices(tmp_p
         write_output(pipe, b"piped")
         assert read.result(10.0) == b"piped"
     assert stat.S_ISFIFO(pipe.stat().st_mode)
+    reader, writer = os.pipe()
+    write_output(Path(f"/dev/fd/{writer}"), b"through a link to no path")  # as /dev/stdout
+    assert os.read(reader, 100) == b"through a link to no path"
+    os.close(reader)
+    os.close(writer)
     with pytest.raises(OSError, match=re.escape(str(tmp_path))):
         write_output(tmp_path, b"")
     with largest_file(10), pytest.raises(OSError, match=re.escape(str(target))):
