@@ -49,16 +49,14 @@ class PagePackets:
     def __init__(self, console: int, wake: Callable[[], object]) -> None:
         self._console, self._wake = console, wake
         self._latest: dict[tuple[type, int], bytes] = {}
-        self._events: deque[bytes] = deque()
+        self._events: deque[bytes] = deque(maxlen=MOST_EVENTS)  # while `take` runs, it gets no shorter
         self.dropped: int = 0
 
     def put(self, message: imc.Message, packet: bytes) -> None:
         if message.dst != self._console and not isinstance(message, imc.LogBookEntry):
             self._latest[type(message), message.src_ent] = packet
             return
-        if len(self._events) >= MOST_EVENTS:
-            self._events.popleft()
-            self.dropped += 1
+        self.dropped += len(self._events) == MOST_EVENTS
         self._events.append(packet)
         self._wake()
 
