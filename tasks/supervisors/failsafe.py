@@ -121,6 +121,10 @@ class Failsafe(Task):
         self._reason = ""
         self.set_entity_state(State.NORMAL, "active")
 
+    def stop(self) -> None:
+        if self._ascending:
+            self._command(0.0, [0.0] * len(self.servos))
+
     @consume
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
         self._immersion.is_at_sea |= loops.enable == loops.Enable.ENABLE and loops.mask != 0
@@ -181,8 +185,7 @@ class Failsafe(Task):
         elif self._reason:
             self._neutralize(again=False)
             self._rise()
-        if self.ascent_thrust:
-            self._watch_ascent()
+        self._watch_ascent()
 
     @periodic(1.0)
     def publish_heartbeat(self) -> None:
@@ -250,7 +253,7 @@ class Failsafe(Task):
     def _watch_ascent(self) -> None:
         """Begin and end the powered ascent of an uncontrolled vehicle."""
         ascent, now, before = self._ascent, self.now_without_stalls, self._ascent.failed
-        if self._loops or not self._immersion.is_at_sea:
+        if self._loops or not self._immersion.is_at_sea or not self.ascent_thrust:
             ascent.reset(now)
             ascent.heavy = self._reported = False
         elif self.age(max(self._sensed.time, self._estimated)) < DEPTH_TIMEOUT:
