@@ -19,13 +19,15 @@ class BarometricHeight:
         self.mean: SampleMean = SampleMean()
         self._repetitions, self._roughness = StuckDetector(), NoiseMonitor(NOISE_FACTOR * noise)
 
-    def receive(self, now: float, pressure: float) -> None:
-        """A pressure (hPa) at a time (s)."""
-        if not 0.0 < pressure < HIGHEST_PRESSURE or self._repetitions.update(pressure):
-            return
-        height = pressure_altitude(pressure)
-        if not self._roughness.update(height):
-            self.mean.add(now, height)
+    def receive(self, now: float, pressure: float) -> bool:
+        """Take a pressure (hPa) at a time (s); returns whether it is possible."""
+        if not 0.0 < pressure < HIGHEST_PRESSURE:
+            return False
+        if not self._repetitions.update(pressure):
+            height = pressure_altitude(pressure)
+            if not self._roughness.update(height):
+                self.mean.add(now, height)
+        return True
 
     def missing_reason(self, *, jumps: bool) -> str:
         """Why there are no heights, for people."""

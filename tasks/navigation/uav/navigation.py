@@ -139,9 +139,9 @@ class Navigation(Task):
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
-    def on_pressure(self, pressure: imc.Pressure) -> None:
-        if self.is_from(pressure, self.barometer):
-            self._height.barometer.receive(self.now_without_stalls, pressure.value)
+    def on_pressure(self, sample: imc.Pressure) -> None:
+        if self.is_from(sample, self.barometer):
+            self._impossible.accepts("pressure", self._height.barometer.receive(self.now_without_stalls, sample.value))
 
     @consume
     def screen_gps_fix(self, fix: imc.GpsFix) -> None:

@@ -72,7 +72,7 @@ def test_impossible_values_of_all_sensors_are_rejected_and_counted(name, value, 
         kinds |= {"depth"}
     if name == "hexa-00":
         wrong.append(("Simulators.Barometer", imc.Pressure(value=value)))
-        kinds |= {"acceleration"}
+        kinds |= {"acceleration", "pressure"}
     states, reports, _ = navigate(name, tmp_path, *wrong, seconds=8.0)
     numbers = [getattr(state, field) for state in states for field in ("x", "y", "z", "u", "v", "w", "p", "psi", "alt")]
     assert all(abs(number) < 100.0 for number in numbers)
