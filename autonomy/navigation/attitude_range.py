@@ -14,8 +14,9 @@ HOLD = 3.0  # s without any, after which attitudes are trusted again
 class AttitudeRange:
     """Rejects impossible attitudes (rad) and, after several, all of them for some time.
 
-    An attitude in degrees is possible now and then: the few that look right are not. Roll and pitch are at most the
-    `largest_roll` and `largest_pitch`, by default those of a multirotor in the air.
+    An attitude in degrees is possible now and then: the few that look right are not. One that is no number says nothing
+    about the others, and is rejected alone. Roll and pitch are at most the `largest_roll` and `largest_pitch`, by
+    default those of a multirotor in the air.
     """
 
     largest_roll: float = LARGEST_TILT
@@ -29,6 +30,8 @@ class AttitudeRange:
         tilted = abs(phi) <= self.largest_roll and abs(theta) <= self.largest_pitch
         if tilted and abs(psi) <= LARGEST_HEADING:
             return now >= self._until
+        if not math.isfinite(phi + theta + psi):
+            return False
         self._count = self._count + 1 if now - self._latest < WITHIN else 1
         self._latest = now
         if self._count >= SEVERAL:

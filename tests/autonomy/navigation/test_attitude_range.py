@@ -27,6 +27,12 @@ def test_after_several_all_are_rejected_for_three_seconds():
     assert not check.rejects(3.5)
 
 
+def test_those_that_are_no_number_say_nothing_about_the_others():
+    found, check = judged([(0.0, math.nan, 0.0), (math.inf, 0.0, 0.0), (0.0, 0.1, 0.0)] * 20)
+    assert found == [False, False, True] * 20
+    assert not check.rejects(1.0)
+
+
 def test_each_vehicle_has_its_own_range():
     check = AttitudeRange(largest_roll=3.2, largest_pitch=1.6)
     assert check.accepts(0.0, 3.1, -1.5, 0.0)

@@ -57,6 +57,14 @@ def test_attitudes_in_degrees_are_named(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+@pytest.mark.parametrize("wrong", [NAN, math.inf])
+def test_attitudes_that_are_no_number_do_not_spoil_those_between_them(name, wrong, tmp_path):
+    _, reports, faults = navigate(name, tmp_path, ("Simulators.IMU/AHRS", imc.EulerAngles(theta=wrong)), rate=5.0)
+    assert faults == {"active"}
+    assert len(reports) == 1
+
+
+@pytest.mark.parametrize("name", VEHICLES)
 @pytest.mark.parametrize("value", [NAN, math.inf, -1e30])
 def test_impossible_values_of_all_sensors_are_rejected_and_counted(name, value, tmp_path):
     wrong = [
