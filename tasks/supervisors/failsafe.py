@@ -39,8 +39,8 @@ class Failsafe(Task):
     With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
     goes astern, and ahead while its bow is up. The motor of a vehicle that may stand on a bench does not turn: no
-    control loop has been enabled since the start, no depth was greater than 5 m for 1 s, and no altitude has decreased
-    by 1 m as the depth has increased.
+    control loop has been enabled since the start, no depth was greater than 5 m for 1 s, up to 10 m below the limit, and
+    no altitude has decreased by 1 m as the depth has increased.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -113,7 +113,7 @@ class Failsafe(Task):
         self._ascending = self._reported = False
         # Kept over restarts of this task at sea, which receives no second order of what is under way.
         self._missed: dict[str, int] = getattr(self, "_missed", {})
-        self._immersion = getattr(self, "_immersion", ImmersionDetector())
+        self._immersion = getattr(self, "_immersion", ImmersionDetector(self._own.deepest))
         self._loops, self._scope = getattr(self, "_loops", 0), getattr(self, "_scope", 0)
         self._is_loop_doubtful = self._loops != 0
         self._limit = self._own.deepest

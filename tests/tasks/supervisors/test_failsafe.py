@@ -269,10 +269,11 @@ def test_a_depth_that_has_jumped_to_the_surface_is_doubted_where_gps_has_no_fix(
     assert not driven(lambda t: 0.01 if t == 5.0 else max(0.01, 6.0 - 0.2 * t)), "a single one, and the way up"
 
 
-@pytest.mark.parametrize("shown", [0.4, 4.9, -0.6, 1.5])
+@pytest.mark.parametrize("shown", [0.4, 4.9, -0.6, 1.5, 100.0, 6000.0])
 @pytest.mark.parametrize("fixes", [0.0, 30.0])
 def test_no_motor_turns_on_a_bench_whatever_a_depth_sensor_without_zero_shows(shown, fixes):
-    """At 1.5 m it is set to zero after a minute; with fixes the vehicle was outside before."""
+    """At 1.5 m it is set to zero after a minute; with fixes the vehicle was outside before; without a cable it shows
+    the end of its range, beyond the limit of the vehicle."""
     fix = {"type": imc.GpsFix.Type.STANDALONE, "validity": imc.GpsFix.Validity.VALID_POS}
     depths = [imc.Depth(timestamp=0.5 * k, value=0.0 if shown == 1.5 and k > 120 else shown) for k in range(600)]
     options = {"seconds": 300.0, "servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": []}
