@@ -73,9 +73,11 @@ class Leases:
         return f"{lease.asked_by[1]} commands this vehicle now"
 
     def leave(self, session: int) -> None:
-        """Hand over all leases of a session that has ended."""
-        for vehicle in [name for name, lease in self._leases.items() if lease.holder == session]:
-            self.hand_over(vehicle, session)
+        """Hand over all leases that a session, which has ended, still has."""
+        for vehicle in list(self._leases):
+            lease = self._current(vehicle)
+            if lease is not None and lease.holder == session:
+                self.hand_over(vehicle, session)
 
     def keep(self, vehicle: str, session: int) -> str:
         """Reject the request of another. Raises LeaseError if another session holds it."""

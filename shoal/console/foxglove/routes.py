@@ -139,10 +139,10 @@ class FoxgloveRoutes:
             code = 1000
         finally:
             self._viewers -= 1
-            self._authority.leases.leave(person.number)
             session.end()
             for task in (*talking, working[0]):
                 task.cancel()
+            self._authority.leases.leave(person.number)
             await asyncio.gather(*talking, working[0], return_exceptions=True)
             with suppress(RuntimeError, WebSocketDisconnect, TimeoutError):
                 async with asyncio.timeout(CLOSING):

@@ -85,3 +85,14 @@ def test_a_lease_is_given_up(leases):
     with pytest.raises(LeaseError, match="nobody commands"):
         leases.keep("lauv", 1)
     leases.require("lauv", *BEN)
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_a_session_that_ends_after_its_lease_leaves_nothing_and_fails_not(leases, told, clock, asks):
+    leases.require("lauv", *ANNA)
+    if asks:
+        leases.take("lauv", *BEN)
+    clock.now += 30.0
+    leases.leave(1)
+    assert [found["user"] for found in leases.view().values()] == (["ben"] if asks else [])
+    assert told[-1] == ("lauv: ben takes the lease" if asks else "lauv: the lease of anna ends: its pages are closed")
