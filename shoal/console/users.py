@@ -17,7 +17,7 @@ from support.terminal_text import quoted
 
 COST, BLOCK, PARALLEL = 1 << 14, 8, 1  # of scrypt: 16 MiB and about 50 ms
 MOST_COST = 1 << 16
-SALT = 16  # bytes
+SALT, HASH = 16, 64  # bytes
 SHORTEST_PASSWORD, LONGEST_PASSWORD = 8, 256
 MOST_USERS = 256
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")
@@ -69,6 +69,11 @@ class _Entry:
         return cls(role, COST, salt, _scrypt(password, salt, COST))
 
     @classmethod
+    def of_nobody(cls) -> Self:
+        """One that no password matches, made without scrypt: the task that serves the page may try again for ever."""
+        return cls(Role.WATCH, COST, secrets.token_bytes(SALT), secrets.token_bytes(HASH))
+
+    @classmethod
     def parse(cls, role: str, text: str) -> Self:
         """Raises ValueError."""
         kind, cost, salt, found = text.split("$")
@@ -95,7 +100,7 @@ class Users:
         self.path: Path = folder / FILE
         self._known: tuple[int, int] | None = None
         self._entries: dict[str, _Entry] = {}
-        self._nobody = _Entry.of_password(Role.WATCH, "")
+        self._nobody = _Entry.of_nobody()
         self._read()
 
     def __bool__(self) -> bool:

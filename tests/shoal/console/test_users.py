@@ -39,6 +39,15 @@ def test_a_changed_file_counts_at_once(tmp_path):
         edited.remove("anna")
 
 
+def test_users_are_read_without_computing_a_password(tmp_path, monkeypatch):
+    Users(tmp_path).add("anna", Role.OPERATE, "correct horse")
+    with monkeypatch.context() as patch:
+        patch.setattr("shoal.console.users.hashlib.scrypt", None)
+        users = Users(tmp_path)
+    assert users.check("nobody", "") is None
+    assert users.check("anna", "correct horse") is not None
+
+
 @pytest.mark.parametrize("name", ["", "a b", "a:b", "../x", "local", "ä", "x" * 33, "a\n"])
 def test_a_name_that_cannot_be_one_is_rejected(tmp_path, name):
     with pytest.raises(UsersError, match="cannot be the name"):
