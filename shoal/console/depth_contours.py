@@ -81,10 +81,11 @@ def _degrees(angle: float) -> float:
 class ContourAnswers:
     """Answers to the page with the contours of profiles, each made once, in a thread of its own.
 
-    `find_profile` returns the profile of a vehicle by its name.
+    `find_profile` returns the profile of a vehicle by its name; None if there is no such vehicle. Contours of others
+    are not made: they take a second of a processor.
     """
 
-    def __init__(self, find_profile: Callable[[str], str | Path]) -> None:
+    def __init__(self, find_profile: Callable[[str], str | Path | None]) -> None:
         self._find_profile = find_profile
         self._known: dict[str, dict[str, Any]] = {}
         self._making = asyncio.Lock()
@@ -92,20 +93,23 @@ class ContourAnswers:
     async def answer(self, request: Request) -> Response:
         """`lines`: see `depth_contours`; empty for a vehicle without a profile here, and `text` has the reason."""
         name = request.query_params.get("vehicle", "")
+        profile = self._find_profile(name)
+        if profile is None:
+            return json_response({"ok": False, "text": "there is no such vehicle", "lines": []})
         async with self._making:
             if name not in self._known:
                 if len(self._known) >= MOST_KNOWN:
                     self._known.clear()
-                self._known[name] = await asyncio.to_thread(self._make, name)
-        return json_response(self._known[name])
+                self._known[name] = await asyncio.to_thread(_make, profile)
+            return json_response(self._known[name])
 
-    def _make(self, name: str) -> dict[str, Any]:
-        profile = self._find_profile(name)
-        if isinstance(profile, str) and not PROFILE_NAME.fullmatch(profile):
-            return {"ok": False, "text": "no name of a profile", "lines": []}
-        try:
-            return {"ok": True, "lines": depth_contours(profile)}
-        except (ProfileError, WorldError, ImportError) as error:
-            return {"ok": False, "text": printable(str(error)), "lines": []}
-        except OSError as error:
-            return {"ok": False, "text": printable(describe_os_error(error)), "lines": []}
+
+def _make(profile: str | Path) -> dict[str, Any]:
+    if isinstance(profile, str) and not PROFILE_NAME.fullmatch(profile):
+        return {"ok": False, "text": "no name of a profile", "lines": []}
+    try:
+        return {"ok": True, "lines": depth_contours(profile)}
+    except (ProfileError, WorldError, ImportError) as error:
+        return {"ok": False, "text": printable(str(error)), "lines": []}
+    except OSError as error:
+        return {"ok": False, "text": printable(describe_os_error(error)), "lines": []}

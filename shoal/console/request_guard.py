@@ -23,13 +23,14 @@ HEADERS = {
 class RequestGuard:
     """An ASGI application around another one.
 
-    A request names one of `hosts` (name and port), which a name of another site that leads here does not; what changes
-    something, and a WebSocket, come from a page of this host. Otherwise 403. The routes of the paths in `own_origins`
+    A request names one of `hosts` (name and port, in any case: browsers send small letters), which a name of another
+    site that leads here does not; what changes something, and a WebSocket, come from a page of this host. Otherwise 403. The routes of the paths in `own_origins`
     check the origins of their WebSockets themselves.
     """
 
     def __init__(self, app: ASGIApp, hosts: Collection[str], own_origins: Collection[str] = ()) -> None:
-        self._app, self._hosts, self._own_origins = app, frozenset(hosts), frozenset(own_origins)
+        self._app, self._own_origins = app, frozenset(own_origins)
+        self._hosts = frozenset(map(str.lower, hosts))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
@@ -45,7 +46,7 @@ class RequestGuard:
 
     def _refusal(self, scope: Scope) -> str:
         headers = Headers(scope=scope)
-        host, origin = headers.get("host", ""), headers.get("origin", "")
+        host, origin = headers.get("host", "").lower(), headers.get("origin", "").lower()
         if host not in self._hosts:
             return f"this console is not {host or 'without a name'}: use the address that it has printed"
         if scope["type"] == "http" and scope["method"] in SAFE:

@@ -103,6 +103,7 @@ class ConsoleServer:
                 lifespan="off",
                 access_log=False,
                 server_header=False,
+                proxy_headers=False,  # else a program here may claim any address, and guess without a limit
                 date_header=False,
                 log_config=None,
                 timeout_graceful_shutdown=ENDING,
@@ -117,12 +118,12 @@ class ConsoleServer:
         return self._feed.is_watched
 
     def _extensions(self) -> PageExtensions:
-        replay, player = self._replay, self._player
+        replay, player, systems = self._replay, self._player, self._network.systems
         if replay is None or player is None:
-            contours = ContourAnswers(lambda name: name)
+            contours = ContourAnswers(lambda name: name if name in systems else None)
             return PageExtensions({"/api/contours": contours.answer}, self._flights.orders)
-        folder = player.states.path.parent
-        contours = ContourAnswers(lambda _: folder / CONFIGURATION)
+        configuration = player.states.path.parent / CONFIGURATION
+        contours = ContourAnswers(lambda name: configuration if name in systems else None)
         return PageExtensions({"/api/contours": contours.answer}, replay.orders, replay.reject)
 
     def login_link(self) -> str:

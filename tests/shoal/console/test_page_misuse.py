@@ -1,0 +1,37 @@
+"""Requests to the page that are not those of its own scripts."""
+
+import json
+
+from shoal.console import Role, Users
+from shoal.console.page_security import PageSecurity
+from tests.shoal.console.page_of_nobody import served_page
+
+
+def test_a_name_is_reached_in_any_case():
+    """Browsers send the name of a computer in small letters, however it is written in its certificate."""
+    with served_page(security=PageSecurity(hosts=("LAUV-Noptilus", "127.0.0.1"))) as page:
+        name = f"lauv-noptilus:{page.server.port}"
+        assert page.request("GET", "/", Host=name)[0] == 200
+        words = {"vehicle": "x", "order": "abort"}
+        assert page.request("POST", "/api/order", words, Host=name, Origin=f"http://{name}")[0] == 401
+        assert page.request("GET", "/", Host=f"otter:{page.server.port}")[0] == 403
+
+
+def test_no_header_gives_a_client_another_address(tmp_path):
+    Users(tmp_path).add("anna", Role.OPERATE, "correct horse")
+    with served_page(security=PageSecurity(users=Users(tmp_path))) as page:
+        texts = [
+            page.request("POST", "/api/login", {"token": "guess"}, **{"X-Forwarded-For": f"10.0.0.{number}"})[1]
+            for number in range(7)
+        ]
+        assert b"wait a minute" in texts[-1]
+
+
+def test_contours_are_made_for_vehicles_that_are_there_only(monkeypatch):
+    made = []
+    monkeypatch.setattr("shoal.console.depth_contours.depth_contours", made.append)
+    with served_page() as page:
+        page.log_in()
+        content = page.request("GET", "/api/contours?vehicle=lauv-noptilus-1")[1]
+        assert json.loads(content) == {"ok": False, "text": "there is no such vehicle", "lines": []}
+    assert made == []
