@@ -16,8 +16,9 @@ ACTIVE = 5.0  # s after an order in which its effects are followed as if somebod
 class BusLink(NetworkLink):
     """Brings the messages of the vehicle whose task serves the page, and puts orders on its bus.
 
-    `is_watched()` is whether somebody looks. All calls are made in the thread of the page's event loop; the kernel of
-    the vehicle runs in another one.
+    `is_watched()` is whether somebody looks. `on_end()` is called when it brings nothing any more; `close` raises what
+    has failed. All calls are made in the thread of the page's event loop; the kernel of the vehicle runs in another
+    one.
     """
 
     name = "bus"
@@ -28,6 +29,7 @@ class BusLink(NetworkLink):
     def __init__(self, task: Console, is_watched: Callable[[], bool] = lambda: True) -> None:
         self._task = task
         self.is_watched: Callable[[], bool] = is_watched
+        self.on_end: Callable[[], object] = lambda: None
         self._active_until = 0.0
         self._is_active = False
         self._woken = asyncio.Event()
@@ -55,6 +57,7 @@ class BusLink(NetworkLink):
         packets = self._task.connect_page(console.id, wake)
         listener.on_appeared(self, self._task.system_name, "bus", "", self._task.system)
         self._looking = asyncio.create_task(self._look(listener, packets))
+        self._looking.add_done_callback(lambda _: self.on_end())
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         self._task.request_messages(messages)
@@ -68,7 +71,8 @@ class BusLink(NetworkLink):
     async def close(self) -> None:
         if self._looking is not None:
             self._looking.cancel()
-            await asyncio.gather(self._looking, return_exceptions=True)
+            with suppress(asyncio.CancelledError):
+                await self._looking
 
     def _set_active(self, is_active: bool) -> None:
         if is_active != self._is_active:

@@ -45,6 +45,7 @@ class VehiclePage(PageServer):
         link.is_watched = lambda: self._server.is_watched
         self.is_secure: bool = security.is_open
         self._stopped = asyncio.Event()
+        link.on_end = self._stopped.set
         self._loop: asyncio.AbstractEventLoop | None = None
         self._has_ended = False
         for trouble in self._server.troubles:

@@ -49,7 +49,7 @@ class PagePackets:
     def __init__(self, console: int, wake: Callable[[], object]) -> None:
         self._console, self._wake = console, wake
         self._latest: dict[tuple[type, int], bytes] = {}
-        self._events: deque[bytes] = deque(maxlen=MOST_EVENTS)  # while `take` runs, it gets no shorter
+        self._events: deque[bytes] = deque(maxlen=MOST_EVENTS)  # which drops in one step: the other thread takes
         self.dropped: int = 0
 
     def put(self, message: imc.Message, packet: bytes) -> None:
