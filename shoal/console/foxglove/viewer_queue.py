@@ -6,6 +6,7 @@ from collections import deque
 MOST_MESSAGES = 2048
 MOST_BYTES = 8 << 20
 MOST_ANSWERS = 1024
+MOST_ANSWER_BYTES = 64 << 20  # all channels with their types are less
 
 
 class ViewerQueue:
@@ -19,14 +20,15 @@ class ViewerQueue:
         self.is_overrun: bool = False
         self._answers: deque[str | bytes] = deque()
         self._messages: deque[bytes] = deque()
-        self._size = 0
+        self._size = self._answer_size = 0
         self._news = asyncio.Event()
 
     def put_answer(self, frame: str | bytes) -> None:
-        if len(self._answers) >= MOST_ANSWERS:
+        if len(self._answers) >= MOST_ANSWERS or self._answer_size + len(frame) > MOST_ANSWER_BYTES:
             self.is_overrun = True
         else:
             self._answers.append(frame)
+            self._answer_size += len(frame)
         self._news.set()
 
     def put_message(self, frame: bytes) -> None:
@@ -41,7 +43,9 @@ class ViewerQueue:
         """The next frame; None if the viewer is overrun."""
         while not self.is_overrun:
             if self._answers:
-                return self._answers.popleft()
+                answer = self._answers.popleft()
+                self._answer_size -= len(answer)
+                return answer
             if self._messages:
                 frame = self._messages.popleft()
                 self._size -= len(frame)

@@ -20,6 +20,7 @@ from support.terminal_text import printable
 NAME = "Shoal"
 WATCHING = ("time", "parameters", "parametersSubscribe", "connectionGraph")
 MOST_SUBSCRIPTIONS = 16384
+MOST_OF_CHANNEL = 4  # subscriptions of a viewer, each of which gets every message once more
 MOST_AT_WORK = 16  # requests of a viewer that vehicles are answering
 HOUSEKEEPING = 1.0  # s between looks for new vehicles, for lost messages, and for a changed graph
 LONGEST = 1000  # characters of a sentence
@@ -146,8 +147,10 @@ class ViewerSession:
             raise ProtocolError(f"subscription {subscription} exists")
         if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
             raise ProtocolError(f"a viewer has at most {MOST_SUBSCRIPTIONS} subscriptions")
-        self._subscriptions[subscription] = channel
         others = self._by_channel.get(channel, [])
+        if len(others) >= MOST_OF_CHANNEL:
+            raise ProtocolError(f"a viewer has at most {MOST_OF_CHANNEL} subscriptions of a channel")
+        self._subscriptions[subscription] = channel
         self._by_channel[channel] = [subscription]  # the last message is for the new subscription only
         self._feed.subscribe(self, channel)
         self._by_channel[channel] = [*others, subscription]

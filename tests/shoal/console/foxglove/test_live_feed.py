@@ -161,6 +161,25 @@ def test_too_many_requests_at_once_are_rejected():
     run(work)
 
 
+def test_a_viewer_has_few_subscriptions_of_a_channel():
+    """Each gets every message once more, so that thousands keep a vehicle's page from all else."""
+
+    async def work(radio, feed):
+        session = session_of(feed)
+        session.start()
+        radio.bring(LABELS, imc.Depth(value=1.0, **HEADER))
+        await frames_of(session)
+        (number,) = [number for number, each in feed.channels.items() if "/Depth/" in each["topic"]]
+        for each in range(6):
+            session.take(json.dumps({"op": "subscribe", "subscriptions": [{"id": each, "channelId": number}]}))
+        frames = await frames_of(session)
+        assert [each[0] for each in data_of(frames)] == [0, 1, 2, 3]
+        said = [json.loads(frame) for frame in frames if isinstance(frame, str)]
+        assert [each["message"] for each in said if "at most 4 subscriptions of a channel" in each.get("message", "")]
+
+    run(work)
+
+
 @pytest.mark.parametrize(
     ("text", "value"),
     [

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from shoal.console.foxglove.viewer_queue import MOST_ANSWERS, MOST_BYTES, MOST_MESSAGES, ViewerQueue
+from shoal.console.foxglove.viewer_queue import MOST_ANSWER_BYTES, MOST_ANSWERS, MOST_BYTES, MOST_MESSAGES, ViewerQueue
 
 
 def taken(queue, number):
@@ -70,3 +70,13 @@ def test_the_size_of_what_was_taken_counts_no_more(size):
         queue.put_message(bytes(MOST_BYTES - size))
         taken(queue, 1)
     assert queue.dropped == 0
+
+
+def test_answers_are_limited_by_their_bytes():
+    queue = ViewerQueue()
+    queue.put_answer("x" * MOST_ANSWER_BYTES)
+    assert not queue.is_overrun
+    assert [len(frame) for frame in taken(queue, 1)] == [MOST_ANSWER_BYTES]
+    queue.put_answer("x")
+    queue.put_answer("x" * MOST_ANSWER_BYTES)
+    assert queue.is_overrun
