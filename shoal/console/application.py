@@ -21,6 +21,7 @@ from shoal.console.foxglove import FoxgloveRoutes, ViewerAccess
 from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
 from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.plan_path import plan_path
+from shoal.console.replay_answers import REJECTED
 from shoal.console.request_guard import RequestGuard
 from shoal.console.tiles import TileSets
 from shoal.console.users import Role
@@ -75,6 +76,7 @@ class ConsoleApplication:
         self._files = {name: data for name, data in libraries.items()}
         self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
         self._viewers = 0
+        self._plays_log = extensions.instead_of_orders is not None
         foxglove = FoxgloveRoutes(
             network,
             self._vehicle,
@@ -209,16 +211,21 @@ class ConsoleApplication:
         if self._viewers >= MOST_VIEWERS:
             await socket.close(1013, f"{MOST_VIEWERS} pages are open")
             return
-        await socket.accept()
+        self._viewers += 1  # before the first await: of many at once no more are accepted
+        try:
+            await socket.accept()
+            await self._serve_frames(socket, secret)
+        finally:
+            self._viewers -= 1
+
+    async def _serve_frames(self, socket: WebSocket, secret: str | None) -> None:
         viewer = Viewer()
-        self._viewers += 1
         self._feed.add(viewer)
         sender = asyncio.create_task(_send_frames(socket, viewer, lambda: self._is_present(secret)))
         reader = asyncio.create_task(self._read_words(socket, viewer))
         try:
             await asyncio.wait((sender, reader), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._viewers -= 1
             self._feed.remove(viewer)
             for task in (sender, reader):
                 task.cancel()
@@ -248,7 +255,12 @@ class ConsoleApplication:
         return system is not None and system.is_vehicle
 
     def _vehicle(self, name: object, order: str = "") -> AsyncRemoteVehicle:
-        """Raises NetworkError if there is none of this name, or several, or it is gone; Abort is tried all the same."""
+        """Raises NetworkError if there is none of this name, or several, or it is gone; Abort is tried all the same.
+
+        Also for those of a log.
+        """
+        if self._plays_log:
+            raise NetworkError(REJECTED)
         system = self._network.systems.get(name) if isinstance(name, str) else None
         if system is None or not system.is_vehicle:
             raise NetworkError("there is no such vehicle")

@@ -18,7 +18,7 @@ from support.terminal_text import printable
 REJECTED = "this page shows a log: nothing in it can be commanded"
 WORKER = "shoal.console.log_resume"
 MOST_POINTS = 4000  # of a plot
-RESUMED = 60.0  # s
+RESUMED, LONGEST = 60.0, 6 * 3600.0  # s
 
 
 class ReplayAnswers:
@@ -87,6 +87,8 @@ class ReplayAnswers:
         position = words.get("position", self._player.position)
         if not isinstance(position, int | float) or not isinstance(seconds, int | float):
             return _refusal("position and seconds are numbers")
+        if not (0.0 <= position <= self._player.states.duration and 0.0 < seconds <= LONGEST):
+            return _refusal(f"position is within the log, and seconds at most {LONGEST:.0f}")
         job: dict[str, Any] = {
             "log": str(self._player.logs[-1]),
             "time": self._player.states.start + position,

@@ -110,9 +110,13 @@ class FoxgloveRoutes:
         elif self._viewers >= MOST_VIEWERS:
             refusal = f"{MOST_VIEWERS} viewers are connected", 503
         else:
-            await socket.accept(chosen)
-            with self._watching():
-                await self._serve(socket, role)
+            self._viewers += 1  # before the first await: of many at once no more are accepted
+            try:
+                await socket.accept(chosen)
+                with self._watching():
+                    await self._serve(socket, role)
+            finally:
+                self._viewers -= 1
             return
         self._feed.counts[f"connections rejected: {refusal[0]}"] += 1
         await socket.send_denial_response(PlainTextResponse(*refusal))
@@ -124,7 +128,6 @@ class FoxgloveRoutes:
         session = ViewerSession(
             self._feed, self._parameters, self._services, self._find, permit, may_operate=may_operate
         )
-        self._viewers += 1
         feeding = session.start()
         talking = [
             asyncio.create_task(self._send(socket, session, person)),
@@ -138,7 +141,6 @@ class FoxgloveRoutes:
                 task.result()
             code = 1000
         finally:
-            self._viewers -= 1
             session.end()
             for task in (*talking, working[0]):
                 task.cancel()
