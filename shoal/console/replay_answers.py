@@ -24,7 +24,7 @@ RESUMED, LONGEST = 60.0, 6 * 3600.0  # s
 class ReplayAnswers:
     """Answers to the page of a player. `log_root` is for the logs of resumed runs.
 
-    orders: those to POST, by path.
+    questions: those to GET, by path, orders: those to POST.
     """
 
     def __init__(self, player: LogLink, log_root: Path) -> None:
@@ -32,11 +32,8 @@ class ReplayAnswers:
         self._worker = PageJob(WORKER)
         self._log: imc.Log | None = None
         self._reading = asyncio.Lock()
-        self.orders: Mapping[str, Answer] = {
-            "/api/replay": self._control,
-            "/api/series": self._series,
-            "/api/resume": self._resume,
-        }
+        self.questions: Mapping[str, Answer] = {"/api/series": self._series}
+        self.orders: Mapping[str, Answer] = {"/api/replay": self._control, "/api/resume": self._resume}
 
     def close(self) -> None:
         """End the run that is being resumed."""
@@ -55,10 +52,10 @@ class ReplayAnswers:
 
     async def _series(self, request: Request) -> Response:
         """Times (s since 1970 UTC) and values of a field, SYSTEM/Message.field:entity, over the whole log."""
-        path = (await json_object(request)).get("path")
+        path = request.query_params.get("path", "")
         async with self._reading:
             try:
-                times, values = await asyncio.to_thread(self._read_series, str(path))
+                times, values = await asyncio.to_thread(self._read_series, path)
             except (KeyError, ValueError, OSError) as error:
                 return _refusal(f"{path} is not in this log: {error}")
         return json_response({"ok": True, "times": times, "values": values})

@@ -24,8 +24,8 @@ class RequestGuard:
     """An ASGI application around another one.
 
     A request names one of `hosts` (name and port, in any case: browsers send small letters), which a name of another
-    site that leads here does not; what changes something, and a WebSocket, come from a page of this host. Otherwise 403. The routes of the paths in `own_origins`
-    check the origins of their WebSockets themselves.
+    site that leads here does not; what changes something, and a WebSocket, come from a page of this host. Otherwise
+    403. The routes of the paths in `own_origins` check the origins of their WebSockets themselves.
     """
 
     def __init__(self, app: ASGIApp, hosts: Collection[str], own_origins: Collection[str] = ()) -> None:

@@ -124,7 +124,8 @@ class ConsoleServer:
             return PageExtensions({"/api/contours": contours.answer}, self._flights.orders)
         configuration = player.states.path.parent / CONFIGURATION
         contours = ContourAnswers(lambda name: configuration if name in systems else None)
-        return PageExtensions({"/api/contours": contours.answer}, replay.orders, replay.reject)
+        questions = {"/api/contours": contours.answer, **replay.questions}
+        return PageExtensions(questions, replay.orders, replay.reject)
 
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.

@@ -1,5 +1,5 @@
 // Fields of any message over time, each in a plot of its own.
-import { ask, byName, element, make, post, say } from "./page.js";
+import { ask, byName, element, make, say } from "./page.js";
 
 const LONGEST = 3000; // points
 const MOST = 8;
@@ -50,7 +50,7 @@ export function makePlots(store) {
 
   // A log has the whole course of a field; the cursor stands at the present time.
   const readWhole = async (path, trace) => {
-    const answer = await post("/api/series", { path });
+    const answer = await ask("/api/series", { path });
     if (!answer.ok) { say(answer.text, "bad"); return; }
     Object.assign(trace, { times: answer.times, values: answer.values });
     trace.plot?.setData([trace.times, trace.values]);

@@ -30,9 +30,10 @@ class ServedPage:
         connection.close()
         return answer.status, content, {name.lower(): value for name, value in answer.getheaders()}
 
-    def log_in(self) -> None:
+    def log_in(self, **words: str) -> None:
+        """Log in with the link, or with user and password."""
         token = self.server.login_link().partition("#")[2]
-        status, content, headers = self.request("POST", "/api/login", {"token": token})
+        status, content, headers = self.request("POST", "/api/login", words or {"token": token})
         assert status == 200, content
         self.cookie = headers["set-cookie"].partition(";")[0]
 

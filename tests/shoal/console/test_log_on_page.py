@@ -3,6 +3,7 @@
 import json
 import time
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
 
@@ -30,6 +31,10 @@ def post(page: OperatorPage, address: str, **words: object) -> dict:
     status, content, _ = page.request("POST", address, words)
     assert status == 200, content
     return json.loads(content)
+
+
+def series(page: OperatorPage, path: str) -> dict:
+    return page.get(f"/api/series?path={quote(path)}")
 
 
 def frame(page: OperatorPage) -> dict:
@@ -83,14 +88,14 @@ def test_nothing_can_be_commanded(page):
 
 
 def test_a_plot_has_the_whole_log(page):
-    found = post(page, "/api/series", path=f"{NAME}/EstimatedState.depth")
+    found = series(page, f"{NAME}/EstimatedState.depth")
     assert found["times"] == sorted(found["times"])
     assert found["times"][-1] - found["times"][0] == pytest.approx(SECONDS - 5.05, abs=0.5)
     assert max(found["values"]) == pytest.approx(1.9, abs=0.3)
-    depth = post(page, "/api/series", path=f"{NAME}/Temperature.value:Depth Sensor")
+    depth = series(page, f"{NAME}/Temperature.value:Depth Sensor")
     assert depth["ok"], depth
     for path in ("x", f"{NAME}/Nope.x", f"{NAME}/EstimatedState.nope", "nobody/EstimatedState.depth"):
-        assert not post(page, "/api/series", path=path)["ok"]
+        assert not series(page, path)["ok"]
 
 
 def test_a_virtual_run_is_resumed_with_a_change(page):

@@ -2,8 +2,10 @@
 
 import json
 
+import imc
 from shoal.console import Role, Users
 from shoal.console.page_security import PageSecurity
+from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.page_of_nobody import served_page
 
 
@@ -27,11 +29,25 @@ def test_no_header_gives_a_client_another_address(tmp_path):
         assert b"wait a minute" in texts[-1]
 
 
-def test_contours_are_made_for_vehicles_that_are_there_only(monkeypatch):
+class Announced(Radio):
+    """A radio by which two vehicles are received, one with a name that is a path."""
+
+    async def open(self, listener, console):
+        await super().open(listener, console)
+        for number, name in enumerate(("lauv-noptilus-1", "../x"), 0x1A):
+            self.bring(imc.Announce(sys_name=name, sys_type=imc.SystemType.UUV, src=number), system=name)
+
+
+def test_contours_are_made_once_and_for_vehicles_that_are_there_only(monkeypatch):
     made = []
-    monkeypatch.setattr("shoal.console.depth_contours.depth_contours", made.append)
-    with served_page() as page:
+    monkeypatch.setattr("shoal.console.depth_contours.depth_contours", lambda profile: made.append(profile) or [])
+    with served_page(Announced()) as page:
         page.log_in()
-        content = page.request("GET", "/api/contours?vehicle=lauv-noptilus-1")[1]
-        assert json.loads(content) == {"ok": False, "text": "there is no such vehicle", "lines": []}
-    assert made == []
+
+        def contours(name):
+            return json.loads(page.request("GET", f"/api/contours?vehicle={name}")[1])
+
+        assert contours("lauv-noptilus-1") == contours("lauv-noptilus-1") == {"ok": True, "lines": []}
+        assert contours("otter") == {"ok": False, "text": "there is no such vehicle", "lines": []}
+        assert contours("../x") == {"ok": False, "text": "no name of a profile", "lines": []}
+    assert made == ["lauv-noptilus-1"]

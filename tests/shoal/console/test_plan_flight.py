@@ -113,9 +113,6 @@ def test_the_page_asks_for_a_flight_and_stays_quick():
                 assert time.monotonic() - began < 1.0
                 time.sleep(0.1)
         assert json.loads(flight.result()[1])["ok"], flight.result()
-        lines = page.get(f"/api/contours?vehicle={NAME}")["lines"]
-        assert lines == depth_contours(NAME)
-        assert page.get("/api/contours?vehicle=../x") == {"ok": False, "text": "no name of a profile", "lines": []}
 
 
 def test_contours_are_where_the_bathymetry_has_their_depth():

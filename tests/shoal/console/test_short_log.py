@@ -6,7 +6,7 @@ import math
 import pytest
 
 import imc
-from shoal.console import LogLink
+from shoal.console import LogLink, PageSecurity, Role, Users
 from shoal.logs.log_states import LogStates
 from tests.shoal.console.foxglove.viewer import Viewer
 from tests.shoal.console.page_of_nobody import served_page
@@ -22,7 +22,8 @@ def page(tmp_path):
     states = [imc.EstimatedState(depth=1.0, timestamp=1.7e9 + number, **head) for number in range(20)]
     (tmp_path / "Data.lsf").write_bytes(b"".join(map(imc.encode, (announce, *states))))
     player = LogLink(LogStates(tmp_path / "Data.lsf"))
-    with served_page(player, player=player, log_root=tmp_path / "resumed") as found:
+    security = PageSecurity(users=Users(tmp_path))
+    with served_page(player, player=player, log_root=tmp_path / "resumed", security=security) as found:
         found.log_in()
         yield found
 
@@ -56,3 +57,13 @@ def test_a_run_is_resumed_within_its_log_and_for_hours_at_most(page, words):
 def test_a_number_that_is_too_large_for_a_time_is_rejected(page):
     status, content, _ = page.request("POST", "/api/replay", {"position": 10**400})
     assert (status, json.loads(content)) == (200, {"ok": False, "text": "position is a finite number"})
+
+
+def test_who_may_watch_sees_plots_and_moves_nothing(page, tmp_path):
+    Users(tmp_path).add("anna", Role.WATCH, "correct horse")
+    page.log_in(user="anna", password="correct horse")
+    status, content, _ = page.request("GET", f"/api/series?path={NAME}/EstimatedState.depth")
+    assert (status, json.loads(content)["values"]) == (200, [1.0] * 20)
+    for path in ("/api/replay", "/api/resume"):
+        content = json.loads(page.request("POST", path, {"position": 1.0})[1])
+        assert content == {"ok": False, "text": "anna may watch: this needs the role operate"}
