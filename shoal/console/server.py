@@ -22,6 +22,7 @@ from shoal.console.log_feed import LogFeed
 from shoal.console.log_link import LogLink
 from shoal.console.log_resume import CONFIGURATION
 from shoal.console.page_feed import PageFeed
+from shoal.console.page_listener import PageListener
 from shoal.console.page_security import PageSecurity
 from shoal.console.plan_flights import PlanFlights
 from shoal.console.replay_answers import ReplayAnswers
@@ -34,7 +35,6 @@ CONTEXT = "Console"
 """The context of the log book's entries about users of the page."""
 MOST_WORDS = 65536  # bytes of a message of the page
 ENDING = 2  # s for open requests
-UNSENT = 1 << 18  # bytes that the system keeps for a slow reader, who would get old data from more
 
 
 class ConsoleServer:
@@ -43,7 +43,7 @@ class ConsoleServer:
     port: where it listens; 0 takes a free one. player: plays a log as this network. log_root: for the logs of runs that
     are resumed from it. foxglove_origins: web pages that may connect as viewers, with a token. troubles: a sentence for
     each part that the page has to do without. `security` has its address, users and certificate; without, it is served
-    to this computer only. `listener` is a socket that listens already. `journal(vehicle, text)` writes into the log
+    to this computer only. `listener` is a socket that listens already; it is taken over. `journal(vehicle, text)` writes into the log
     book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no orders of a user.
     `on_viewer()` is called when a page or a viewer is opened.
     """
@@ -68,7 +68,7 @@ class ConsoleServer:
         self.troubles: list[str] = [*missing, *tiles.troubles]
         self.security: PageSecurity = security or PageSecurity()
         self._network = network
-        self._socket = listener or _listening_socket(self.security.address, port)
+        self._socket = PageListener(listener or _listening_socket(self.security.address, port))
         self.port: int = self._socket.getsockname()[1]
         self._access = Access(users=self.security.users)
         authority = Authority(journal or self._note, refusal)
@@ -116,6 +116,11 @@ class ConsoleServer:
     def is_watched(self) -> bool:
         """Whether somebody looks."""
         return self._feed.is_watched
+
+    @property
+    def rejected_connections(self) -> int:
+        """Connections that were too many."""
+        return self._socket.rejected
 
     def _extensions(self) -> PageExtensions:
         replay, player, systems = self._replay, self._player, self._network.systems
@@ -195,7 +200,6 @@ def _listening_socket(address: str, port: int) -> socket.socket:
     found = socket.socket()
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)  # connections inherit it
         found.bind((address, port))
         found.listen(64)
     except OSError:

@@ -52,6 +52,10 @@ class VehiclePage(PageServer):
             task.log.warning(trouble)
         show(self._server.login_link())
 
+    @property
+    def rejected_connections(self) -> int:
+        return self._server.rejected_connections
+
     def run(self) -> None:
         asyncio.run(self._serve())
 

@@ -26,12 +26,17 @@ class PageServer(Protocol):
     is_secure: bool
     """Whether it is reached by https."""
 
+    @property
+    def rejected_connections(self) -> int:
+        """Connections that were too many."""
+        ...
+
     def run(self) -> None: ...
     def stop(self) -> None: ...
 
 
 class PageFactory(Protocol):
-    """Makes the server of a page that a vehicle's task serves at a socket that listens.
+    """Makes the server of a page that a vehicle's task serves at a socket that listens, which it takes over.
 
     Raises ValueError with the reason if it must not be served so, OSError for files.
     """
@@ -142,6 +147,7 @@ class Console(Task):
             return
         lost = self._packets.dropped if self._packets is not None else 0
         counts = {"events dropped": lost, "orders dropped": self.lost_orders, "malformed orders": self.malformed}
+        counts["connections rejected"] = self._page.rejected_connections
         counted = "".join(f"; {number} {what}" for what, number in counts.items() if number)
         self.set_entity_state(State.NORMAL, f"port {self._open_port}{counted}")
 
@@ -152,6 +158,7 @@ class Console(Task):
             return
         try:
             listener = listening_socket(self.address, self.port, PORTS_TRIED)
+            self._open_port: int = listener.getsockname()[1]
             try:
                 self._page = make_page(self, listener)
             except Exception:
@@ -166,7 +173,6 @@ class Console(Task):
             self.after(RETRY, self._open)
             return
         self._trouble = ""
-        self._open_port: int = listener.getsockname()[1]
         self.run_in_thread(self._page.run)
         service = Service("https" if self._page.is_secure else "http", self.address, self._open_port)
         announce_listening_service(self, service, self.port)

@@ -32,11 +32,11 @@ export async function post(path, body) {
   }
 }
 
-export async function ask(path, words = {}) {
+export async function ask(path, words = {}, patience = PATIENCE) {
   try {
-    return await read(await fetch(`${path}?${new URLSearchParams(words)}`, { signal: AbortSignal.timeout(PATIENCE) }));
+    return await read(await fetch(`${path}?${new URLSearchParams(words)}`, { signal: AbortSignal.timeout(patience) }));
   } catch (error) {
-    const reason = error.name === "TimeoutError" ? `none within ${PATIENCE / 1000} s` : error.message;
+    const reason = error.name === "TimeoutError" ? `none within ${patience / 1000} s` : error.message;
     return { ok: false, text: `no answer of the console: ${reason}` };
   }
 }

@@ -3,6 +3,7 @@ import { ask, byName, element, make, say } from "./page.js";
 
 const LONGEST = 3000; // points
 const MOST = 8;
+const WHOLE = 120000; // ms to read a field of a whole log
 
 export function makePlots(store) {
   const traces = new Map(); // path: { times, values, plot, box }
@@ -50,7 +51,7 @@ export function makePlots(store) {
 
   // A log has the whole course of a field; the cursor stands at the present time.
   const readWhole = async (path, trace) => {
-    const answer = await ask("/api/series", { path });
+    const answer = await ask("/api/series", { path }, WHOLE);
     if (!answer.ok) { say(answer.text, "bad"); return; }
     Object.assign(trace, { times: answer.times, values: answer.values });
     trace.plot?.setData([trace.times, trace.values]);

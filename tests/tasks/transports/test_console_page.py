@@ -23,6 +23,7 @@ class Server:
     """A server that serves nothing, until it is stopped."""
 
     is_secure = False
+    rejected_connections = 3
 
     def __init__(self, task, listener):
         self.task, self.listener = task, listener
@@ -77,7 +78,7 @@ def test_a_port_that_is_taken_is_logged_and_the_next_one_serves(run):
         assert other not in (0, port)
         until(lambda: task.texts)
         assert task.texts == [f"port {port} is taken: listens at {other}"]
-        assert (task.entity.state, task.entity.description) == (State.NORMAL, f"port {other}")
+        assert (task.entity.state, task.entity.description) == (State.NORMAL, f"port {other}; 3 connections rejected")
 
 
 def test_without_a_program_that_serves_it_there_is_no_page(run):
