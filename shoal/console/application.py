@@ -31,7 +31,7 @@ from support.terminal_text import printable
 
 COOKIE = "shoal-console-{port}"  # cookies do not distinguish ports
 MEDIA = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
-MOST_VIEWERS = 32
+MOST_VIEWERS, MOST_WATCHING = 32, 24  # pages; those of users who may watch only leave some to the others
 CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
 MOST_WORDS = 4096  # bytes of a message of the page
@@ -205,11 +205,12 @@ class ConsoleApplication:
 
     async def _frames(self, socket: WebSocket) -> None:
         secret = socket.cookies.get(self._cookie)
-        if not self._access.is_logged_in(secret):
+        session = self._access.session(secret)
+        if session is None:
             await socket.close(1008, "log in first")
             return
-        if self._viewers >= MOST_VIEWERS:
-            await socket.close(1013, f"{MOST_VIEWERS} pages are open")
+        if self._viewers >= (MOST_WATCHING if session.user.role < Role.OPERATE else MOST_VIEWERS):
+            await socket.close(1013, f"{self._viewers} pages are open")
             return
         self._viewers += 1  # before the first await: of many at once no more are accepted
         try:

@@ -43,9 +43,9 @@ class ConsoleServer:
     port: where it listens; 0 takes a free one. player: plays a log as this network. log_root: for the logs of runs that
     are resumed from it. foxglove_origins: web pages that may connect as viewers, with a token. troubles: a sentence for
     each part that the page has to do without. `security` has its address, users and certificate; without, it is served
-    to this computer only. `listener` is a socket that listens already; it is taken over. `journal(vehicle, text)` writes into the log
-    book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no orders of a user.
-    `on_viewer()` is called when a page or a viewer is opened.
+    to this computer only. `listener` is a socket that listens already; it is taken over. `journal(vehicle, text)`
+    writes into the log book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no
+    orders of a user. `on_viewer()` is called when a page or a viewer is opened.
     """
 
     def __init__(

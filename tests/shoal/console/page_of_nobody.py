@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from websockets.sync.client import ClientConnection, connect
+
 from shoal.console import ConsoleServer
 from shoal.network import Network
 from tests.shoal.console.foxglove.packet_radio import Radio
@@ -29,6 +31,15 @@ class ServedPage:
         content = answer.read()
         connection.close()
         return answer.status, content, {name.lower(): value for name, value in answer.getheaders()}
+
+    def frames(self) -> ClientConnection:
+        return connect(
+            f"ws://{self.host}/frames",
+            origin=f"http://{self.host}",
+            additional_headers={"Cookie": self.cookie},
+            ping_interval=None,
+            max_queue=None,  # else frames that nobody reads keep it from closing
+        )
 
     def log_in(self, **words: str) -> None:
         """Log in with the link, or with user and password."""

@@ -2,6 +2,10 @@
 
 import json
 import socket
+from contextlib import ExitStack
+
+import pytest
+from websockets.exceptions import InvalidStatus
 
 import imc
 from shoal.console import Role, Users
@@ -64,4 +68,25 @@ def test_of_many_connections_those_of_an_address_are_limited_and_a_page_is_reach
         assert page.server.rejected_connections == 1
         for each in opened:
             each.close()
-        until(lambda: page.request("GET", "/healthz")[0] == 200)
+
+        def answers():
+            try:
+                return page.request("GET", "/healthz")[0] == 200
+            except ConnectionError:  # the others are closed one after the other
+                return False
+
+        until(answers)
+
+
+def test_who_may_watch_only_leaves_pages_to_those_who_command(tmp_path, monkeypatch):
+    monkeypatch.setattr("shoal.console.application.MOST_WATCHING", 3)
+    Users(tmp_path).add("anna", Role.WATCH, "correct horse")
+    Users(tmp_path).add("ben", Role.OPERATE, "correct horse")
+    with served_page(security=PageSecurity(users=Users(tmp_path))) as page, ExitStack() as opened:
+        page.log_in(user="anna", password="correct horse")
+        for _ in range(3):
+            assert json.loads(opened.enter_context(page.frames()).recv(10))["all"]
+        with pytest.raises(InvalidStatus):
+            page.frames()
+        page.log_in(user="ben", password="correct horse")
+        assert json.loads(opened.enter_context(page.frames()).recv(10))["all"]
