@@ -47,7 +47,10 @@ class AccountRoutes:
         return response
 
     async def _logout(self, request: Request) -> Response:
-        self._access.logout(request.cookies.get(self._cookie))
+        session = self.session(request)
+        if session is not None:
+            self._access.logout(request.cookies.get(self._cookie))
+            self._authority.leases.leave(session.number)
         response = JSONResponse({"ok": True})
         response.delete_cookie(self._cookie)
         return response

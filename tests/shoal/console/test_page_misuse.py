@@ -90,3 +90,16 @@ def test_who_may_watch_only_leaves_pages_to_those_who_command(tmp_path, monkeypa
             page.frames()
         page.log_in(user="ben", password="correct horse")
         assert json.loads(opened.enter_context(page.frames()).recv(10))["all"]
+
+
+def test_who_logs_out_gives_up_the_lease_at_once(tmp_path):
+    for name in ("anna", "ben"):
+        Users(tmp_path).add(name, Role.OPERATE, "correct horse")
+    with served_page(Announced(), security=PageSecurity(users=Users(tmp_path))) as page:
+        words = {"vehicle": "lauv-noptilus-1", "change": "take"}
+        page.log_in(user="anna", password="correct horse")
+        assert json.loads(page.request("POST", "/api/lease", words)[1])["ok"]
+        assert page.request("POST", "/api/logout", {})[0] == 200
+        page.log_in(user="ben", password="correct horse")
+        content = page.request("POST", "/api/lease", words)[1]
+        assert json.loads(content) == {"ok": True, "text": "you command this vehicle"}
