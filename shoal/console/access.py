@@ -34,13 +34,15 @@ class _OpenSession:
     number: int
     user: User
     used: float
+    password_mark: bytes
 
 
 class Access:
     """Links that each log in once, users, and sessions by their secret, which only a cookie carries.
 
     A wrong or used link, or a wrong password, counts against the limit of logins from an address; a session without a
-    request for 12 hours ends, and so does that of a user who is removed. `clock` returns seconds.
+    request for 12 hours ends, and so does that of a user who is removed or gets another password. `clock` returns
+    seconds.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, users: Users | None = None) -> None:
@@ -99,7 +101,7 @@ class Access:
         if found is None or secret is None:
             return None
         user = found.user if found.user is LOCAL or self._users is None else self._users.find(found.user.name)
-        if user is None or now - found.used > SESSION_LIFETIME:
+        if user is None or self._password_mark(user) != found.password_mark or now - found.used > SESSION_LIFETIME:
             del self._sessions[secret]
             return None
         found.used, found.user = now, user
@@ -120,5 +122,8 @@ class Access:
         while len(self._sessions) >= MOST_SESSIONS:
             del self._sessions[min(self._sessions, key=lambda each: self._sessions[each].used)]
         self._number += 1
-        self._sessions[secret] = _OpenSession(self._number, user, self._clock())
+        self._sessions[secret] = _OpenSession(self._number, user, self._clock(), self._password_mark(user))
         return secret
+
+    def _password_mark(self, user: User) -> bytes:
+        return b"" if user is LOCAL or self._users is None else self._users.password_mark(user.name)

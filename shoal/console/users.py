@@ -7,7 +7,7 @@ import os
 import re
 import secrets
 import stat
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import Self
@@ -113,6 +113,12 @@ class Users:
         entry = self._entries.get(name)
         return None if entry is None else User(name, entry.role)
 
+    def password_mark(self, name: str) -> bytes:
+        """Bytes that change with the password of a user; empty if there is none. They are a secret."""
+        self._refresh()
+        entry = self._entries.get(name)
+        return b"" if entry is None else entry.hash
+
     def check(self, name: str, password: str) -> User | None:
         """The user of a name and password. Takes about 50 ms, also for a name that does not exist."""
         self._refresh()
@@ -121,12 +127,15 @@ class Users:
         return User(name, entry.role) if entry is not None and is_right else None
 
     def add(self, name: str, role: Role, password: str) -> None:
-        """Add a user, or replace one, in the file. Raises UsersError, OSError."""
+        """Add a user, or replace one, in the file; a new password ends its sessions. Raises UsersError, OSError."""
         if not NAME.fullmatch(name) or name == LOCAL.name:
             raise UsersError(f"{quoted(name)} cannot be the name of a user: up to 32 letters, digits, '.', '_' or '-'")
         if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
             raise UsersError(f"a password has {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters")
-        self._write(self._entries | {name: _Entry.of_password(role, password)})
+        known = self._entries.get(name)
+        is_same = known is not None and known.matches(password)
+        entry = replace(known, role=role) if known is not None and is_same else _Entry.of_password(role, password)
+        self._write(self._entries | {name: entry})
 
     def remove(self, name: str) -> None:
         """Remove a user from the file; its sessions end. Raises UsersError if there is none, OSError."""

@@ -90,6 +90,16 @@ def test_a_user_logs_in_with_a_password_and_is_out_when_removed(clock, tmp_path)
     assert access.session(secret) is None
 
 
+def test_another_password_ends_the_sessions_of_its_user(clock, tmp_path):
+    users = Users(tmp_path)
+    for name in ("anna", "ben"):
+        users.add(name, Role.OPERATE, "correct horse")
+    access = Access(clock, Users(tmp_path))
+    anna, ben = (asyncio.run(access.login_user(name, "correct horse")) for name in ("anna", "ben"))
+    users.add("anna", Role.OPERATE, "battery staple")
+    assert (access.session(anna), access.session(ben).user.name) == (None, "ben")
+
+
 @pytest.mark.parametrize(("name", "password"), [("anna", "wrong"), ("ben", "correct horse"), (None, None), (3, [])])
 def test_a_wrong_name_or_password_is_rejected_in_the_same_words(clock, tmp_path, name, password):
     users = Users(tmp_path)
