@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from shoal.console.access import PageSession
 from shoal.console.lease import LeaseError, Leases
 from shoal.console.users import Role, User
+from support.terminal_text import printable
 from support.text_length import clip
 
 ABORTS = ("abort", "abort-all")
@@ -42,7 +43,7 @@ class Authority:
                 self.leases.require(vehicle, session.number, session.user.name)
             except LeaseError as error:
                 raise AuthorityError(str(error)) from None
-        self._journal(vehicle, f"{session.user.name}: {_order_text(order, words)}")
+        self._journal(vehicle, f"{session.user.name}: {printable(_order_text(order, words))}")
 
     def require_role(self, user: User, role: Role) -> None:
         """Raises AuthorityError if a user has not this role, or is not in the vehicle's list of consoles."""
