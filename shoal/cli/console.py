@@ -26,6 +26,8 @@ from shoal.logs.log_states import LogStates
 from shoal.network import Network
 from support.file_errors import describe_os_error
 from support.terminal_text import printable
+from tasks.transports.console import PORTS_TRIED
+from tasks.transports.imc_links.port_search import listening_socket
 
 PORT = 8080
 STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -43,7 +45,11 @@ console.add_command(certificate)
 @console.command()
 @click.argument("log", type=LOG, required=False)
 @run_selection_options(optional=("log",))
-@click.option("--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0 takes a free one.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    help="Port of the page; 0 takes a free one. [default: 8080, or if it is taken one of the next four, else any]",
+)
 @click.option(
     "--tiles",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
@@ -75,7 +81,7 @@ console.add_command(certificate)
 @network_options
 def page(
     log: Path | None,
-    port: int,
+    port: int | None,
     tiles: Path | None,
     address: str,
     folder: Path | None,
@@ -118,7 +124,17 @@ def page(
 
     async def act(network: Network) -> None:
         try:
-            server = ConsoleServer(network, port, maps, player, log_dir, security=security, foxglove_origins=origins)
+            listener = listening_socket(address, PORT, PORTS_TRIED) if port is None else None
+            server = ConsoleServer(
+                network,
+                port or 0,
+                maps,
+                player,
+                log_dir,
+                security=security,
+                foxglove_origins=origins,
+                listener=listener,
+            )
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
