@@ -83,8 +83,8 @@ def forecast_plan(
         except ValueError as error:
             raise PlanError(f"{node.name}: {error}") from None
         if len(estimates) < len(chain):
-            makes_up = isinstance(node.maneuver, imc.ScheduledGoto)
-            if rests and found.moving and found.speed > 0.0 and not makes_up:
+            ends_in_time = isinstance(node.maneuver, imc.FollowSystem | imc.ScheduledGoto)
+            if rests and found.moving and not ends_in_time:
                 found = found.delayed(train.run_up / found.speed)
             rests = not found.moving
             estimates[node.name], position, vertical = found, found.end, vertical.after(node.maneuver)

@@ -224,6 +224,10 @@ def test_a_start_from_rest_costs_a_distance_once_and_after_each_rest():
     speed, standing = legs[0].speed, imc.FollowSystem(duration=60, z_units=imc.ZUnits.DEPTH)
     assert lost == pytest.approx([6.0 / speed, 0.0, 0.0, 6.0 / speed])
     assert more > less
+    following = preflight(**{"Run-Up Distance": "6"}).check(
+        plan_of(standing.replace(speed=1.0)), [standing.ID], HERE, None, 0.0
+    )
+    assert following.estimates["m0"].seconds == 60.0
     with pytest.raises(PlanError, match="m0: speed must be above 0"):
         preflight().check(plan_of(standing), [standing.ID], HERE, None, 0.0)
     with pytest.raises(PreflightOptionError, match="must be 0 m or more"):
