@@ -19,12 +19,12 @@ from support.top_level_packages import PACKAGES, TASKS
 MARK = Path("runtime/vehicle/task_registry.py")  # a folder that has this file is a clone of Shoal
 SHORTEST = 3  # letters that can mean a longer name
 LIBRARIES = {
-    "zenoh": "zenoh",
-    "mavlink": "pymavlink",
-    "vision": "PIL",
-    "drivers": "serial",
-    "ftp": "pyftpdlib",
-    "console": "starlette",
+    "zenoh": ("zenoh",),
+    "mavlink": ("pymavlink",),
+    "vision": ("PIL",),
+    "drivers": ("serial",),
+    "ftp": ("pyftpdlib",),
+    "console": ("starlette", "uvicorn", "websockets"),  # some of them are in many environments
 }
 
 
@@ -254,8 +254,8 @@ def section_name(cls: type[Task]) -> str:
 
 def missing_extra(cls: type[Task]) -> str:
     """The extra that a task needs and that is not installed, else empty."""
-    library = LIBRARIES.get(cls.requires)
-    return cls.requires if library and importlib.util.find_spec(library) is None else ""
+    libraries = LIBRARIES.get(cls.requires, ())
+    return cls.requires if any(importlib.util.find_spec(each) is None for each in libraries) else ""
 
 
 def _members(group: str, module: str) -> dict[str, object]:

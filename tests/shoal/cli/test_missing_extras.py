@@ -35,6 +35,16 @@ def test_the_core_install_runs_a_vehicle() -> None:
     }
 
 
+@pytest.mark.parametrize("library", ["uvicorn", "websockets"])
+def test_a_part_of_an_extra_that_others_have_installed_is_not_it(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for each in LIBRARIES:
+        monkeypatch.delitem(sys.modules, each)
+    monkeypatch.setitem(sys.modules, library, None)
+    made = build(load_profile("lauv-noptilus-1"), {"Simulation"}, clock=WallClock())
+    made.vehicle.close()
+    assert made.skipped == {"needs pip install 'shoal[console]'": ["Transports.Console"]}
+
+
 @pytest.mark.parametrize(
     ("profile", "modes", "place", "section", "extra"),
     [
