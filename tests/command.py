@@ -6,5 +6,5 @@ from shoal.cli import main
 
 
 def shoal(*words: object, typed: str | None = None) -> Result:
-    """What came of the command with these words, and with what was typed into it."""
+    """The result of the command with these words, and with some text typed into it."""
     return CliRunner().invoke(main, [*map(str, words)], input=typed)

@@ -170,7 +170,7 @@ class LogStates:
 
 
 def _due_times(batch: Batch, owner: int, timeline: Timeline) -> Floats:
-    """When the packets of a batch are due (s since the start of the log), which advances the time line."""
+    """The times at which the packets of a batch are due (s since the start of the log); it advances the time line."""
     times, own = batch.times(), batch.header_values("src") == owner
     due = np.empty(times.size)
     for begin in range(0, times.size, TOGETHER):

@@ -43,5 +43,5 @@ class PlanCheck:
 
     @property
     def reserve_text(self) -> str:
-        """Why no plan is carried out with less than the reserve."""
+        """The reason for which no plan is carried out with less than the reserve."""
         return f"the battery is below its reserve of {self.reserve:g} %"

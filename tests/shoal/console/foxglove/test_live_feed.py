@@ -35,7 +35,7 @@ def session_of(feed, *, may_operate=False):
 
 
 async def frames_of(session, duration=0.3):
-    """What a viewer gets within some time."""
+    """The frames that a viewer gets within some time."""
     found = []
     try:
         async with asyncio.timeout(duration):

@@ -1,4 +1,4 @@
-"""What waits for a slow viewer: answers all, of the messages the newest."""
+"""Frames that wait for a slow viewer: all answers, and the newest messages."""
 
 import asyncio
 

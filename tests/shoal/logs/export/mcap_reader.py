@@ -5,7 +5,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 
 class Reader:
-    """What the two packages find in an MCAP file of a profile."""
+    """The content that two packages find in an MCAP file of a profile."""
 
     def __init__(self, path, profile="ros2"):
         self.types = get_typestore(Stores.EMPTY)
