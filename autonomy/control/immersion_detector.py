@@ -12,7 +12,7 @@ SUNK, AGREEMENT = 1.0, 0.3  # m deeper and as much nearer to the bottom, and by 
 class ImmersionDetector:
     """`is_at_sea` is False on a bench; it stays True, and may be set by who knows it.
 
-    A depth of more than 5 m for 1 s shows it, if it is at most 10 m below the limit `deepest` (m) of the vehicle, and so
+    A depth of more than 5 m, and at most 10 m beyond the limit `deepest` (m) of the vehicle, for 1 s shows it, and so
     does an altitude that has decreased by as much as the depth has increased, by 1 m: in air a Doppler log or an echo
     sounder measures no distance that follows the depth.
     """

@@ -39,8 +39,8 @@ class Failsafe(Task):
     With an `Ascent Thrust`, an uncontrolled vehicle under water that does not rise by itself comes up with
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
     goes astern, and ahead while its bow is up. The motor of a vehicle that may stand on a bench does not turn: no
-    control loop has been enabled since the start, no depth was greater than 5 m for 1 s, up to 10 m below the limit, and
-    no altitude has decreased by 1 m as the depth has increased.
+    control loop has been enabled since the start, no depth was greater than 5 m (and at most 10 m beyond the limit) for
+    1 s, and no altitude has decreased by 1 m as the depth has increased.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)

@@ -9,24 +9,11 @@ from flying import BROADCAST, CCU, OWN
 import imc
 from runtime import ParameterError, State
 from runtime.fault_injection import Crash, Injection
-from runtime.testing import START, simulate
+from runtime.testing import START
 from tasks.supervisors.failsafe import Failsafe
 from tests.command import shoal
 from tests.tasks.mission.stalling_clock import StallingClock
-
-Loops = imc.CLoopsMask
-LIMITS = {"General": {"Absolute Maximum Depth": "50", "Underwater Depth Threshold": "0.3"}}
-REQUIRED = ["EstimatedState", "PathControlState: PATH YAW"]
-ON = imc.ControlLoops(timestamp=0.5, enable=1, mask=Loops.PATH, scope_ref=4)
-
-
-def every(kind, period, until, begin=0.0, **fields):
-    return [kind(timestamp=begin + period * k, **fields) for k in range(round((until - begin) / period))]
-
-
-def guarded(*feed, seconds=10.0, **parameters):
-    options = {"required_messages": REQUIRED, "thrusters": [0], "servos": [0, 1], "settings": LIMITS}
-    return simulate(Failsafe, sorted(feed, key=lambda m: m.timestamp), seconds=seconds, **{**options, **parameters})
+from tests.tasks.supervisors.guarded import ON, Loops, every, guarded
 
 
 def errors(run):
@@ -314,32 +301,6 @@ def test_a_restart_at_sea_forgets_neither_that_it_is_there_nor_a_plan_nor_a_sile
     resting = imc.VehicleState(timestamp=10.0, op_mode=imc.VehicleState.OpMode.ERROR)
     lost = ON.replace(timestamp=8.5, enable=0, scope_ref=5)
     assert driven(ON, lost, resting, *every(imc.Depth, 0.25, 60.0, value=10.0), *estimates)[0], "its plan has ended"
-
-
-@pytest.mark.parametrize("end", ["crash", "no thrust", "the process ends"])
-def test_the_motor_stops_with_the_help_however_that_ends(end):
-    off = imc.ControlLoops(timestamp=1.0, enable=0, mask=Loops.PATH, scope_ref=5)
-    depths = [imc.Depth(timestamp=0.1 * k, value=3.0 if k < 300 else max(0.0, 12.0 - 0.03 * k)) for k in range(600)]
-    again = ON.replace(timestamp=45.0, scope_ref=6)
-    options = {"servos": [0, 1, 2, 3], "ascent_thrust": 0.6, "required_messages": [], "seconds": 60.0}
-    feed = [ON, off, *depths, again]
-    if end == "crash":
-        options |= {"keep_going": True, "faults": [Injection(Crash(), start=30.05)]}
-    elif end == "no thrust":
-        value = imc.EntityParameter(name="Ascent Thrust", value="0")
-        feed.append(imc.SetEntityParameters(timestamp=30.05, name="Failsafe", params=(value,)))
-    else:
-        options["seconds"] = 30.05
-    run = guarded(*feed, **options)
-    begin = run.vehicle.start_time
-    thrusts = [(m.timestamp - begin, m.value) for m in run.of(imc.SetThrusterActuation)]
-    fins = [(m.timestamp - begin, m.value) for m in run.of(imc.SetServoPosition)]
-    assert any(value for _, value in thrusts)
-    assert 30.0 <= thrusts[-1][0] < 30.6, "no command during the next plan"
-    assert thrusts[-1][1] == 0.0
-    assert [value for _, value in fins[-4:]] == [0.0] * 4
-    if end != "the process ends":
-        assert run.task.entity.state is State.NORMAL
 
 
 @pytest.mark.parametrize(
