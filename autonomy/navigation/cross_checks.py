@@ -3,6 +3,7 @@
 import math
 
 from autonomy.navigation.fault_detection import CumulativeSum, Disagreement, GateDecision, JumpGate
+from autonomy.navigation.speed_integral import SpeedIntegral
 from support.rotations import Vector, wrap
 
 MEMORY = 30.0  # s
@@ -100,28 +101,40 @@ class AttitudeCheck:
 class DepthCheck:
     """Compares depth (m) with the vertical speed by velocity log and attitude, and by motor and attitude (m/s).
 
-    `fault` is the text for people on a wrong depth, `velocity_faulty` whether depth and motor contradict the velocity.
-    `misalignment` (rad) is the largest one between velocity log and attitude reference: it explains a slow drift.
+    All are compared at the times at which they were measured. `fault` is the text for people on a wrong depth,
+    `velocity_faulty` whether depth and motor contradict the velocity. `misalignment` (rad) is the largest one between
+    velocity log and attitude reference: it explains a slow drift.
     """
 
     def __init__(self, count: int, misalignment: float):
         self._gate = JumpGate(count, DEPTH_JUMP)
         self._misalignment = misalignment
         self._velocity, self._motor, self._drift = Disagreement(MEMORY), Disagreement(MEMORY), CumulativeSum()
+        self._by_velocity, self._by_motor = SpeedIntegral(), SpeedIntegral()
         self._depth = math.nan
-        self._elapsed = self._sunk = self._driven = self._powered = self._blind = self._allowance = 0.0
+        self._elapsed = self._powered = self._blind = self._allowance = 0.0
         self._same, self._way, self._above = 0.0, 0.0, 0.0
         self.velocity_faulty: bool = False
         self.fault: str = ""
 
-    def advance(self, dt: float, by_velocity: float | None, by_motor: float | None, speed: float = 0.0) -> None:
-        """Advance by `dt` s with the speeds downward and the speed of the vehicle (m/s); None if unknown."""
+    def receive_velocity(self, time: float, sinking: float) -> None:
+        """Take a speed downward (m/s) that velocity log and attitude showed at a time (s)."""
+        self._by_velocity.add(time, sinking)
+
+    def receive_motor(self, time: float, sinking: float | None) -> None:
+        """Take the speed downward (m/s) that the motor gives at the attitude of a time (s); None if it is unknown."""
+        if sinking is None:
+            self._by_motor.forget()
+        else:
+            self._by_motor.add(time, sinking)
+
+    def advance(self, dt: float, *, seen: bool, driven: bool, speed: float = 0.0) -> None:
+        """Advance by `dt` s, at a speed (m/s); whether velocity log and motor show how the vehicle moves."""
         self._elapsed += dt
-        self._sunk += math.nan if by_velocity is None else dt * by_velocity
-        self._driven += math.nan if by_motor is None else dt * by_motor
-        self._powered = 0.0 if by_motor is None else self._powered + dt
-        self._blind = self._blind + dt if by_velocity is None else 0.0
-        self._allowance += dt * (WANDERING + self._misalignment * speed + SCALE * abs(by_velocity or 0.0))
+        self._powered = self._powered + dt if driven else 0.0
+        self._blind = 0.0 if seen else self._blind + dt
+        sinking = abs(self._by_velocity.speed) if seen else 0.0
+        self._allowance += dt * (WANDERING + self._misalignment * speed + SCALE * sinking)
 
     def reset_drift(self) -> None:
         """Forget a drift: the vehicle is at the surface, and so is its depth."""
@@ -130,32 +143,35 @@ class DepthCheck:
     def resume(self) -> None:
         """Take the next depth as it is: it is unknown how the vehicle has sunk since the last one."""
         self._depth = math.nan
-        self._elapsed = self._sunk = self._driven = self._allowance = 0.0
+        self._by_velocity.skip()
+        self._by_motor.skip()
+        self._elapsed = self._allowance = 0.0
 
-    def evaluate(self, depth: float, innovation: float, variance: float) -> GateDecision:
-        """Judge a measured depth by its innovation (m) and the variance of that."""
+    def evaluate(self, time: float, depth: float, innovation: float, variance: float) -> GateDecision:
+        """Judge a depth measured at a time (s) by its innovation (m) and the variance of that."""
         surprising = not abs(innovation) <= DEPTH_JUMP + SIGMAS * math.sqrt(variance)
         verdict = self._gate.evaluate(surprising, innovation)
         if verdict is not GateDecision.REJECTED:
             change, self._depth = depth - self._depth, depth
-            self._watch_same(change)
-            for lag, sunk in (self._velocity, self._sunk), (self._motor, self._driven):
-                difference = change - sunk
+            sunk, driven = self._by_velocity.take(time), self._by_motor.take(time)
+            self._watch_same(change, sunk, driven)
+            for lag, way in (self._velocity, sunk), (self._motor, driven):
+                difference = change - way
                 lag.add(self._elapsed, 0.0 if math.isnan(difference) else difference)
-            if verdict is GateDecision.ACCEPTED and not math.isnan(change - self._sunk):
-                self._drift.add(change - self._sunk, self._allowance)
+            if verdict is GateDecision.ACCEPTED and not math.isnan(change - sunk):
+                self._drift.add(change - sunk, self._allowance)
             self._above = self._above + self._elapsed if depth < ABOVE_SURFACE else 0.0
-            self._elapsed = self._sunk = self._driven = self._allowance = 0.0
+            self._elapsed = self._allowance = 0.0
             self._compare()
         return verdict
 
-    def _watch_same(self, change: float) -> None:
+    def _watch_same(self, change: float, *ways: float) -> None:
         """Sum up how far the vehicle sinks while the depth is exactly the same."""
         if change != 0.0:
             self._same = self._way = 0.0
             return
         self._same += self._elapsed
-        self._way += next((way for way in (self._sunk, self._driven) if not math.isnan(way)), 0.0)
+        self._way += next((way for way in ways if not math.isnan(way)), 0.0)
 
     @property
     def rejects(self) -> bool:

@@ -87,25 +87,17 @@ class SensorChecks:
     def update_depth(self, now: float, dt: float) -> None:
         """Take the mean depth, unless it jumps."""
         inputs, vertical = self._inputs, self._estimator.vertical
-        phi, theta, _ = inputs.euler.value
-        by_velocity, by_motor, surge = None, None, 0.0
-        if now - inputs.heave_time <= HEARD and inputs.heave_time == inputs.velocity_time:
-            u, v, w = inputs.velocity
-            by_velocity, surge = -math.sin(theta) * u + math.cos(theta) * (math.sin(phi) * v + math.cos(phi) * w), u
-            if by_velocity < 0.0 and vertical.depth < AFLOAT:
-                by_velocity = 0.0
+        seen = now - inputs.heave_time <= HEARD and inputs.heave_time == inputs.velocity_time
         speed = self._motor_speed(now)
-        if speed is not None and speed > SLOW:
-            by_motor = -math.sin(theta) * speed
-            if by_motor < 0.0 and vertical.depth < SURFACE:
-                by_motor = 0.0
-        self._depth.advance(dt, by_velocity, by_motor, abs(surge))
+        driven = speed is not None and speed > SLOW
+        self._record_vertical_speeds(speed if driven else None)
+        self._depth.advance(dt, seen=seen, driven=driven, speed=abs(inputs.velocity[0]) if seen else 0.0)
         if not inputs.depth.update():
             return
-        depth, noise = inputs.depth.value[0], self._inputs.settings.depth_variance
+        (depth, measured, _), noise = inputs.depth.value, self._inputs.settings.depth_variance
         innovation = depth - vertical.depth if vertical.has_depth else 0.0
         variance = noise + (vertical.variances[0] if vertical.has_depth else 0.0)
-        decision = self._depth.evaluate(depth, innovation, variance)
+        decision = self._depth.evaluate(measured, depth, innovation, variance)
         if decision is GateDecision.REJECTED:
             return
         self._depth_time = now
@@ -113,6 +105,21 @@ class SensorChecks:
             self._log.warning(f"the depth has jumped by {innovation:.1f} m and stays there")
             vertical.reset(depth, noise)
         vertical.measure_depth(depth, noise)
+
+    def _record_vertical_speeds(self, by_motor: float | None) -> None:
+        """Take the vertical speeds by velocity log and motor (m/s), unless the attitude that they need jumps."""
+        inputs, depth = self._inputs, self._estimator.vertical.depth
+        speeds, inputs.sinking = inputs.sinking, []
+        if self._attitude.rejects:
+            return
+        for time, sinking in speeds:
+            self._depth.receive_velocity(time, max(0.0, sinking) if depth < AFLOAT else sinking)
+        time, theta = inputs.pitch
+        if by_motor is None:
+            self._depth.receive_motor(time, None)
+        elif time > -math.inf:
+            sinking = -math.sin(theta) * by_motor
+            self._depth.receive_motor(time, max(0.0, sinking) if depth < SURFACE else sinking)
 
     def _motor_speed(self, now: float) -> float | None:
         """Surge by the speed of the motor (m/s); None if that is unknown."""

@@ -34,7 +34,8 @@ class SensorInputs:
     """Rejects invalid measurements and averages the rest: `euler`, `rates`, `depth`, velocities over `ground`, `water`.
 
     Times are in s since 1970, -inf if there was no such measurement; angles in rad, velocities in m/s. `fix` is the
-    last fix that was accepted, `place` the manual one. `impossible` counts what no sound sensor gives.
+    last fix that was accepted, `place` the manual one. `impossible` counts what no sound sensor gives. `sinking` has
+    the times and vertical speeds over ground since the last step, `pitch` the time of the newest depth and the pitch.
     """
 
     def __init__(self, settings: UnderwaterSettings):
@@ -65,6 +66,9 @@ class SensorInputs:
         self.altitude: float = UNKNOWN_ALTITUDE
         self.rpm_time: float = -math.inf
         self.altitude_time: float = -math.inf
+        self.pitch: tuple[float, float] = (-math.inf, 0.0)
+        self.sinking: list[tuple[float, float]] = []
+        self._newest_attitude = 0.0, 0.0  # roll, pitch
         self.velocity: Vector = (0.0, 0.0, 0.0)
         self.velocity_time: float = -math.inf
         self.heave_time: float = -math.inf
@@ -84,14 +88,18 @@ class SensorInputs:
         if self.impossible.accepts("attitude", possible) and not self.attitude_noise.update(phi + theta + psi):
             self._turns += wrap(psi - self._turns)
             self.euler.add(now, phi, theta, self._turns)
+            self._newest_attitude = phi, theta
 
     def receive_rates(self, now: float, p: float, q: float, r: float) -> None:
         if self.impossible.accepts_within("turn rates", LARGEST_RATE, p, q, r):
             self.rates.add(now, p, q, r)
 
-    def receive_depth(self, now: float, depth: float) -> None:
+    def receive_depth(self, now: float, depth: float, measured: float | None = None) -> None:
+        """A depth (m); a computer that is late receives it `now` (s), long after it was `measured` (s since 1970)."""
+        measured = now if measured is None else measured
         if self.impossible.accepts("depth", HIGHEST <= depth <= DEEPEST):
-            self.depth.add(now, depth)
+            self.depth.add(now, depth, measured)
+            self.pitch = measured, self._newest_attitude[1]
 
     def receive_distance(self, now: float, measured: float) -> None:
         """A distance to the bottom (m)."""
@@ -120,7 +128,9 @@ class SensorInputs:
         if self.impossible.accepts_within("rpm", self.settings.dvl_largest[0], rpm * self.settings.speed_per_rpm):
             self.rpm, self.rpm_time = rpm, now
 
-    def receive_velocity(self, now: float, velocity: imc.GroundVelocity | imc.WaterVelocity) -> imc.DvlRejection | None:
+    def receive_velocity(
+        self, now: float, velocity: imc.GroundVelocity | imc.WaterVelocity, measured: float | None = None
+    ) -> imc.DvlRejection | None:
         """A velocity of the velocity log; returns why it is rejected, None if it is not."""
         numbers = velocity.x, velocity.y, velocity.z
         self.dvl_time = now
@@ -145,6 +155,10 @@ class SensorInputs:
             self.velocity, self.velocity_time = (velocity.x, y, velocity.z), now
             if heave:
                 self.heave_time = now
+                phi, theta = self._newest_attitude
+                across = math.sin(phi) * y + math.cos(phi) * velocity.z
+                sinking = -math.sin(theta) * velocity.x + math.cos(theta) * across
+                self.sinking.append((now if measured is None else measured, sinking))
         if not self.velocity_fault:
             mean.add(now, velocity.x, y, velocity.z if heave else self.ground.value[2])
         return None

@@ -18,6 +18,7 @@ from autonomy.navigation import (
 )
 from runtime import State, Task, consume, param, periodic
 
+OLDEST = 1.0  # s, of a measurement when it arrives on a computer that is late
 SETTINGS = tuple(field.name for field in fields(UnderwaterSettings))
 
 
@@ -185,7 +186,7 @@ class Navigation(Task):
     @consume
     def on_depth(self, depth: imc.Depth) -> None:
         if self.is_from(depth, self.depth_sensor):
-            self._inputs.receive_depth(self.now_without_stalls, depth.value)
+            self._inputs.receive_depth(self.now_without_stalls, depth.value, self._time_of_measurement(depth))
 
     @consume
     def on_distance(self, distance: imc.Distance) -> None:
@@ -199,9 +200,14 @@ class Navigation(Task):
     @consume
     def on_velocity(self, velocity: imc.GroundVelocity | imc.WaterVelocity) -> None:
         if self.is_from(velocity, self.dvl):
-            rejection = self._inputs.receive_velocity(self.now_without_stalls, velocity)
+            measured = self._time_of_measurement(velocity)
+            rejection = self._inputs.receive_velocity(self.now_without_stalls, velocity, measured)
             if rejection is not None:
                 self.publish(rejection)
+
+    def _time_of_measurement(self, message: imc.Message) -> float:
+        """When a sensor measured (s since 1970): by its own clock, unless that contradicts this one."""
+        return message.timestamp if 0.0 <= self.age(message.timestamp) <= OLDEST else self.now
 
     @consume
     def on_activation_state(self, activation: imc.EntityActivationState) -> None:

@@ -6,11 +6,13 @@ import pytest
 from lean import BLIND, UNLOGGED
 
 import imc
+from autonomy.navigation import DepthCheck
 from runtime.kernel import SECOND
 from runtime.profile import load_profile
 from runtime.vehicle import build
 from shoal.missions import Mission, parse_plan, prepare
 from tests.outside import ALONE
+from tests.tasks.mission.lies import DEEP, DEPTH, lies
 from tests.tasks.mission.stalling_clock import StallingClock
 
 HOST = "Monitors.HostResources:Enabled=Never"  # its messages depend on this computer, and each costs time here
@@ -28,12 +30,19 @@ PLANS = {
     "  - takeoff: {altitude: 15}\n  - goto: {north: 100}\n  - goto: {north: 100, east: 100}\n  - land: {}\n",
 }
 
+DIVES = "origin: 41.185°, -8.7062°\nspeed: 1.6 m/s\nmaneuvers:\n" + "".join(
+    f"  - goto: {{north: {120 * (leg % 2)}, east: {20 * leg}, depth: {depth}}}\n"
+    for leg, depth in enumerate([9, 4, 8, 2, 6, 1] * 10, start=1)
+)
+
 
 class Run:
     """A plan of a shipped vehicle on a clock that is not virtual, with what it blames."""
 
-    def __init__(self, profile, folder, clock, *, happen=None, seconds=900.0):
+    def __init__(self, profile, folder, clock, *, happen=None, seconds=900.0, maneuvers=None):
         overrides = [*OFFLINE, UNLOGGED, *([BLIND] if profile.startswith("lauv") else [])]
+        if maneuvers is not None:
+            overrides.append(DEEP)
         places = {"log_root": folder / "log", "state_folder": folder / "db"}
         self.vehicle = prepare(profile, overrides=overrides, clock=clock, **places).vehicle
         self.log, self.bad = [], []
@@ -41,7 +50,7 @@ class Run:
         self.vehicle.observe(imc.EntityState, self._judge)
         if happen is not None:
             self.vehicle.kernel.soon(self.vehicle.daemon.start_script, happen)
-        self.report = Mission(self.vehicle, parse_plan("plan: test\n" + PLANS[profile])).fly(seconds)
+        self.report = Mission(self.vehicle, parse_plan("plan: test\n" + (maneuvers or PLANS[profile]))).fly(seconds)
 
     def _judge(self, state):
         label = self.vehicle.entities.label(state.src, state.src_ent)
@@ -179,4 +188,39 @@ def test_on_an_overloaded_computer_a_sensor_that_is_silent_is_still_found(profil
     run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 500.0), **late), happen=silence)
     assert run.report.outcome == "FAILURE"
     assert label in {found for _, found, _ in run.bad}
+    assert run.bad[0][0] < 100.0
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("late", [{"delay": 0.4}, {"cost": 0.0013}, {"cost": 0.0009, "delay": 0.1}])
+def test_on_an_overloaded_computer_no_drift_of_the_depth_is_found(late, monkeypatch, tmp_path):
+    largest, judge = 0.0, DepthCheck.evaluate
+
+    def note(check, *measured):
+        nonlocal largest
+        decision = judge(check, *measured)
+        largest = max(largest, check.drift)
+        return decision
+
+    monkeypatch.setattr(DepthCheck, "evaluate", note)
+    stalls = [(7.0 * n, 1.0 + 0.1 * (n % 6)) for n in range(5, 42)]
+    clock = StallingClock(START, stalls, overload=(20.0, 1000.0), **late)
+    run = Run("lauv-noptilus-1", tmp_path, clock, seconds=300.0, maneuvers=DIVES)
+    assert run.vehicle.kernel.stalls.total > 100 * SECOND
+    assert not run.bad
+    assert 0.05 < largest < 0.6
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("late", [{"delay": 0.3}, {"cost": 0.001}], ids=["late", "slow"])
+def test_on_an_overloaded_computer_a_depth_that_drifts_is_still_found(late, tmp_path):
+    async def drift(script):
+        await script.sleep(40.0)
+        lies(DEPTH, imc.Depth, ("value", lambda z, t: z + 0.06 * t))(script.task.vehicle)
+
+    clock = StallingClock(START, overload=(20.0, 500.0), **late)
+    run = Run("lauv-noptilus-1", tmp_path, clock, happen=drift, seconds=300.0, maneuvers=DIVES)
+    assert run.bad[0][1:] == ("Navigation", "depth drifts away from the vertical speed")
     assert run.bad[0][0] < 100.0
