@@ -40,7 +40,7 @@ class Failsafe(Task):
     motor and fins, and is kept at the surface; if that brings nothing, as with fins that are stuck, it
     goes astern, and ahead while its bow is up. The motor of a vehicle that may stand on a bench does not turn: no
     control loop has been enabled since the start, no depth was greater than 5 m (and at most 10 m beyond the limit) for
-    1 s, and no altitude has decreased by 1 m as the depth has increased.
+    1 s, and no altitude has decreased by 1 m as the depth has increased, or as the vertical speed shows.
     """
 
     execution_frequency: float = param(4.0, "Hz", "Rate of the checks.", minimum=1, maximum=100)
@@ -157,7 +157,7 @@ class Failsafe(Task):
         """Use the estimate where the sensor is silent, and its vertical speed where the sensor is wrong."""
         if math.isfinite(state.depth):
             self._estimated, self._estimated_depth = self.now, state.depth
-            self._immersion.record_estimate(self.now, state.depth, state.alt)
+            self._immersion.record_estimate(self.now, state.depth, state.alt, state.vz)
             self._estimated_rising = -state.vz if math.isfinite(state.vz) else None
             self._estimated_pitch, self._speed, self._altitude = state.theta, state.u, state.alt
 

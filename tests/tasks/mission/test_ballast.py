@@ -86,8 +86,10 @@ def test_a_vehicle_that_is_too_heavy_is_helped_before_it_is_on_the_bottom(tmp_pa
     assert max(flight.depths[-1000:]) < 1.6
 
 
-def test_a_vehicle_that_sinks_before_its_first_plan_comes_up(tmp_path):
-    """That it sinks, a bench cannot show: its altitude decreases as its depth increases."""
+@pytest.mark.parametrize("scale", [1.0, 0.001], ids=["depth", "depth in kilometers"])
+def test_a_vehicle_that_sinks_before_its_first_plan_comes_up(scale, tmp_path):
+    """That it sinks, a bench cannot show: its altitude decreases as its depth increases, or as it sinks by the velocity
+    log."""
     depths, driven = [], []
     places = {"log_root": tmp_path / "log", "state_folder": tmp_path / "db"}
     vehicle = prepare("lauv-noptilus-1", overrides=(UNLOGGED, DEEP, BLIND), **places).vehicle
@@ -95,6 +97,7 @@ def test_a_vehicle_that_sinks_before_its_first_plan_comes_up(tmp_path):
     vehicle.observe(imc.SetThrusterActuation, lambda command: driven.append(command.value))
     vehicle.start()
     vehicle.run(10.0)
+    lies(DEPTH, imc.Depth, ("value", lambda depth, t: scale * depth))(vehicle)
     ballast(0.3)(vehicle)
     vehicle.run(110.0)
     vehicle.close()
