@@ -77,7 +77,7 @@ class _Entry:
     def parse(cls, role: str, text: str) -> Self:
         """Raises ValueError."""
         kind, cost, salt, found = text.split("$")
-        if kind != "scrypt" or not 2 <= int(cost) <= MOST_COST:
+        if kind != "scrypt" or not 2 <= int(cost) <= MOST_COST or int(cost).bit_count() != 1:
             raise ValueError
         return cls(Role[role.upper()], int(cost), base64.b64decode(salt), base64.b64decode(found))
 
@@ -180,7 +180,7 @@ class Users:
         name, _, rest = line.partition(":")
         role, _, text = rest.partition(":")
         try:
-            if not NAME.fullmatch(name):
+            if not NAME.fullmatch(name) or name == LOCAL.name:
                 raise ValueError
             return name, _Entry.parse(role, text)
         except (ValueError, KeyError):

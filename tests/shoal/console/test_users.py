@@ -67,6 +67,8 @@ def test_a_short_password_is_rejected(tmp_path):
         "anna:king:scrypt$16384$AA==$AA==",
         "anna:watch:scrypt$99999999$AA==$AA==",
         "anna:watch:scrypt$x$AA==$AA==",
+        "anna:watch:scrypt$16383$AA==$AA==",
+        "local:watch:scrypt$16384$AA==$AA==",
         "a b:watch:scrypt$16384$AA==$AA==",
         "anna:watch:scrypt$16384$A$AA==",
     ],
