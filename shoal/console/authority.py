@@ -8,9 +8,9 @@ from shoal.console.users import Role, User
 from support.terminal_text import printable
 from support.text_length import clip
 
-ABORTS = ("abort", "abort-all")
-ROLES = {"set": Role.MAINTAIN}
-"""The roles that orders need, other than *operate*."""
+OPERATING = ("abort", "hold", "surface", "put", "delete", "start", "stop")
+ROLES = {**dict.fromkeys(OPERATING, Role.OPERATE), "set": Role.MAINTAIN}
+"""The roles that orders need."""
 LONGEST_NOTE = 200  # characters
 
 Journal = Callable[[str, str], object]
@@ -37,8 +37,10 @@ class Authority:
 
     def permit(self, session: PageSession, vehicle: str, order: str, words: Mapping[str, object]) -> None:
         """Note an order to a vehicle in its log book. Raises AuthorityError if the session may not give it."""
-        self.require_role(session.user, ROLES.get(order, Role.OPERATE))
-        if order not in ABORTS:
+        if order not in ROLES:
+            raise AuthorityError(f"no such order: {printable(clip(order, LONGEST_NOTE))}")
+        self.require_role(session.user, ROLES[order])
+        if order != "abort":
             try:
                 self.leases.require(vehicle, session.number, session.user.name)
             except LeaseError as error:

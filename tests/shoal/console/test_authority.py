@@ -2,7 +2,7 @@
 
 import pytest
 
-from shoal.console import Authority, PageSession, Role, User
+from shoal.console import Authority, AuthorityError, PageSession, Role, User
 
 ANNA = PageSession(1, User("anna", Role.OPERATE))
 
@@ -16,3 +16,12 @@ def test_an_order_is_one_line_of_its_user_whatever_it_names(plan, text):
     authority = Authority(lambda vehicle, line: lines.append((vehicle, line)))
     authority.permit(ANNA, "lauv", "start", {"plan": plan})
     assert lines == [("lauv", "anna takes the lease"), ("lauv", f"anna: start {text}")]
+
+
+def test_an_unknown_order_takes_no_lease():
+    lines = []
+    authority = Authority(lambda vehicle, line: lines.append(line))
+    with pytest.raises(AuthorityError, match="no such order: dive"):
+        authority.permit(ANNA, "lauv", "dive", {})
+    assert lines == []
+    assert authority.leases.view() == {}
