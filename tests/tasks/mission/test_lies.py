@@ -69,7 +69,7 @@ UNTRUE = {
     ),
     "pitch stuck": (lies(AHRS, imc.EulerAngles, ("theta", None)), "pitch does not follow the turn rate", 10.0),
     "heading jumps": (TURNED, TURNING, 2.0),
-    "heading infinite": (lies(AHRS, imc.EulerAngles, ("psi", math.inf)), "attitude is impossible in radians", 3.0),
+    "heading infinite": (lies(AHRS, imc.EulerAngles, ("psi", math.inf)), "attitude is missing", 3.0),
     "rates stuck": (lies(AHRS, imc.AngularVelocity, ("z", 0.3)), TURNING, 3.0),
     "rates not a number": (lies(AHRS, imc.AngularVelocity, ("z", math.nan)), "turn rates are missing", 3.0),
 }
