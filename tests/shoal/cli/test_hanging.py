@@ -162,10 +162,11 @@ def test_a_signal_ends_a_mission_with_a_report(tmp_path, how, number):
     pipe = subprocess.PIPE
     process = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=subprocess.STDOUT, text=True)
     until(process, "hanging now")
-    time.sleep(3.0 if how == "loop" else 0.5)
+    before = until(process, "has not returned") if how == "loop" else ""
+    time.sleep(0.5)
     asked = time.monotonic()
     process.send_signal(number)
-    rest = process.communicate(timeout=20)[0]
+    rest = before + process.communicate(timeout=20)[0]
     assert time.monotonic() - asked < 1.5, rest
     assert process.returncode == 1
     if how == "loop":

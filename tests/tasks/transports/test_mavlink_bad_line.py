@@ -22,7 +22,7 @@ LOSS = 0.05
 AUV, BOAT, MULTIROTOR = (
     ("lauv-noptilus-1", "submarine", "10x"),
     ("otter", "boat", "10x"),
-    ("hexa-00", "hexacopter", "8x"),
+    ("hexa-00", "hexacopter", "4x"),
 )
 FAR_AWAY = {"submarine": (1.2, -3.0), "boat": (1.2, 0.0), "hexacopter": (5.0, 12.0)}
 SETTLING = 15.0  # s in which an AUV reaches its circle, and an aircraft stops and comes back
@@ -64,13 +64,13 @@ class Watched:
         return self.truths[self.plans[begin][0] : self.plans[begin + 1][0]]
 
     def check_hold(self):
-        """It was within 5 m of where it was told to hold, and within 0.5 m of that level."""
+        """It was within 5 m of where it was told to hold, and within 1 m of that level: a barometer drifts."""
         truths = self.while_("hold")
         here, end = truths[0], truths[-1].timestamp
         stayed = [truth for truth in truths if truth.timestamp >= here.timestamp + SETTLING]
         assert end - stayed[0].timestamp >= 60.0
         assert max(math.hypot(truth.x - here.x, truth.y - here.y) for truth in stayed) < 5.0
-        assert max(abs(truth.z - here.z) for truth in stayed) < 0.5
+        assert max(abs(truth.z - here.z) for truth in stayed) < 1.0
 
 
 @contextlib.contextmanager
@@ -168,7 +168,7 @@ def test_mavproxy_flies_a_mission_and_gives_orders(profile, kind, clock, tmp_pat
         console.expect(rf"16 3 41\.1855\d+ -8\.7062\d* {altitude:.6f}", "wp list")
         console.expect(r"COMPONENT_ARM_DISARM: ACCEPTED", "arm throttle force")  # this computer may be busy
         console.expect(r"Mode AUTO", "mode AUTO")
-        watched.wait_near(40, 0, 15)
+        watched.wait_near(45, 0, 8)
         console.expect(rf"Mode {STAY[kind]}", f"mode {STAY[kind]}")
         watched.wait_for(80.0)
         console.expect(r"Mode AUTO", "mode AUTO")
