@@ -95,7 +95,7 @@ def test_a_depth_far_beyond_the_limit_is_that_of_a_broken_sensor():
     detector = ImmersionDetector(50.0)
     for tick in range(400):
         detector.record_depth(0.1 * tick, 100.0 if tick % 100 < 50 else 6000.0)
-        detector.record_estimate(0.1 * tick, 100.0, 10.0)
+        detector.record_estimate(0.1 * tick, 100.0, 10.0, 0.0)
     assert not detector.is_at_sea
     detector.record_depth(41.0, 59.0)
     detector.record_depth(42.0, 59.0)
