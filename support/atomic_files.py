@@ -14,6 +14,7 @@ from typing import BinaryIO
 
 from support.file_errors import add_path_to_errors
 
+IRREPLACEABLE = (errno.EBUSY, errno.EACCES)  # mounted by itself into a container, or in a folder of somebody else
 STALE = 3600.0  # s; a temporary file of this age belongs to a program that was killed, or to a power cut
 
 
@@ -27,7 +28,8 @@ def write_file(path: Path, data: bytes, mode: int | None = None) -> None:
 def write_output(path: Path, data: bytes) -> None:
     """Write a file that a user names, like `replace_file`; a device or a pipe gets the data as they are.
 
-    A file that exists keeps its permissions, a link its target. Raises OSError that names the file.
+    A file that exists keeps its permissions, a link its target; one that cannot be replaced is overwritten. Raises
+    OSError that names the file.
     """
     with add_path_to_errors(path):
         if path.exists() and not path.is_file():
@@ -35,8 +37,15 @@ def write_output(path: Path, data: bytes) -> None:
             return
         place = path.resolve() if path.is_symlink() else path
         mode = stat.S_IMODE(place.stat().st_mode) if place.exists() else None
-        with replace_file(place, mode) as file:
-            file.write(data)
+        if mode is not None and not os.access(place, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        try:
+            with replace_file(place, mode) as file:
+                file.write(data)
+        except OSError as error:
+            if mode is None or error.errno not in IRREPLACEABLE:
+                raise
+            place.write_bytes(data)
 
 
 @contextmanager

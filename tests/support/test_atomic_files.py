@@ -241,3 +241,23 @@ def test_an_output_goes_through_links_keeps_permissions_and_leaves_devices(tmp_p
         write_output(link, bytes(100))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "pipe", "target"]
     assert target.read_bytes() == b"new"
+
+
+@pytest.mark.parametrize("number", [errno.EBUSY, errno.EACCES])
+def test_an_output_that_cannot_be_replaced_is_overwritten(number, tmp_path, monkeypatch):
+    target = tmp_path / "target"
+    target.write_bytes(b"older and longer")
+
+    def fail(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "replace", fail)
+    write_output(target, b"new")
+    assert target.read_bytes() == b"new"
+    with pytest.raises(OSError, match=re.escape(str(tmp_path / "other"))):
+        write_output(tmp_path / "other", b"new")
+    monkeypatch.setattr(os, "access", lambda *_: False)  # as of a user who is not root
+    with pytest.raises(PermissionError, match=re.escape(str(target))):
+        write_output(target, b"newer")
+    assert target.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [target]
