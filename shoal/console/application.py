@@ -102,8 +102,11 @@ class ConsoleApplication:
             *foxglove.routes,
         ]
         routes.extend(Route(path, logged_in(answer)) for path, answer in extensions.questions.items())
-        posted = extensions.orders.items()
-        routes.extend(Route(path, logged_in(self._for_operators(answer)), methods=["POST"]) for path, answer in posted)
+        for role, posted in ((Role.OPERATE, extensions.orders), (Role.MAINTAIN, extensions.maintenance)):
+            routes.extend(
+                Route(path, logged_in(self._for_role(role, answer)), methods=["POST"])
+                for path, answer in posted.items()
+            )
         self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts, foxglove.own_origins)
 
     def _logged_in(self, answer: Answer) -> Answer:
@@ -114,12 +117,12 @@ class ConsoleApplication:
 
         return checked
 
-    def _for_operators(self, answer: Answer) -> Answer:
+    def _for_role(self, role: Role, answer: Answer) -> Answer:
         async def checked(request: Request) -> Response:
             session = self._accounts.session(request)
             assert session is not None
             try:
-                self._authority.require_role(session.user, Role.OPERATE)
+                self._authority.require_role(session.user, role)
             except AuthorityError as error:
                 return json_response({"ok": False, "text": printable(str(error))})
             return await answer(request)

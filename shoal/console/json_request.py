@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 from starlette.requests import Request
@@ -15,11 +15,15 @@ Answer = Callable[[Request], Awaitable[Response]]
 
 @dataclass(frozen=True)
 class PageExtensions:
-    """Requests by path: `questions` to GET, `orders` to POST; `instead_of_orders` answers orders to a vehicle."""
+    """Requests by path: `questions` to GET, `orders` to POST, and `maintenance` to POST, which sets options.
+
+    `instead_of_orders` answers orders to a vehicle.
+    """
 
     questions: Mapping[str, Answer]
     orders: Mapping[str, Answer]
     instead_of_orders: Answer | None = None
+    maintenance: Mapping[str, Answer] = field(default_factory=dict[str, Answer])
 
 
 async def json_object(request: Request) -> dict[str, object]:

@@ -24,7 +24,7 @@ RESUMED, LONGEST = 60.0, 6 * 3600.0  # s
 class ReplayAnswers:
     """Answers to the page of a player. `log_root` is for the logs of resumed runs.
 
-    questions: those to GET, by path, orders: those to POST.
+    questions: those to GET, by path, orders: those to POST, maintenance: those that set options.
     """
 
     def __init__(self, player: LogLink, log_root: Path) -> None:
@@ -33,7 +33,8 @@ class ReplayAnswers:
         self._log: imc.Log | None = None
         self._reading = asyncio.Lock()
         self.questions: Mapping[str, Answer] = {"/api/series": self._series}
-        self.orders: Mapping[str, Answer] = {"/api/replay": self._control, "/api/resume": self._resume}
+        self.orders: Mapping[str, Answer] = {"/api/replay": self._control}
+        self.maintenance: Mapping[str, Answer] = {"/api/resume": self._resume}
 
     def close(self) -> None:
         """End the run that is being resumed."""

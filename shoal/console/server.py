@@ -130,7 +130,7 @@ class ConsoleServer:
         configuration = player.states.path.parent / CONFIGURATION
         contours = ContourAnswers(lambda name: configuration if name in systems else None)
         questions = {"/api/contours": contours.answer, **replay.questions}
-        return PageExtensions(questions, replay.orders, replay.reject)
+        return PageExtensions(questions, replay.orders, replay.reject, replay.maintenance)
 
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.
