@@ -38,7 +38,7 @@ class Authority:
     def permit(self, session: PageSession, vehicle: str, order: str, words: Mapping[str, object]) -> None:
         """Note an order to a vehicle in its log book. Raises AuthorityError if the session may not give it."""
         if order not in ROLES:
-            raise AuthorityError(f"no such order: {printable(clip(order, LONGEST_NOTE))}")
+            raise AuthorityError(f"no such order: {clip(order, LONGEST_NOTE)!r}")
         self.require_role(session.user, ROLES[order])
         if order != "abort":
             try:

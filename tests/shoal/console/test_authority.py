@@ -21,7 +21,7 @@ def test_an_order_is_one_line_of_its_user_whatever_it_names(plan, text):
 def test_an_unknown_order_takes_no_lease():
     lines = []
     authority = Authority(lambda vehicle, line: lines.append(line))
-    with pytest.raises(AuthorityError, match="no such order: dive"):
+    with pytest.raises(AuthorityError, match="no such order: 'dive'"):
         authority.permit(ANNA, "lauv", "dive", {})
     assert lines == []
     assert authority.leases.view() == {}
