@@ -18,7 +18,7 @@ from support.top_level_packages import PACKAGES, TASKS
 
 MARK = Path("runtime/vehicle/task_registry.py")  # a folder that has this file is a clone of Shoal
 SHORTEST = 3  # letters that can mean a longer name
-LIBRARIES = {
+LIBRARIES: dict[str, tuple[str, ...]] = {
     "zenoh": ("zenoh",),
     "mavlink": ("pymavlink",),
     "vision": ("PIL",),
