@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Final
 
 import click
 
@@ -10,7 +11,7 @@ from support.terminal_text import printable
 
 FOLDER_HELP = "Folder with users and certificate [default: shoal/console in the configuration folder]."
 ROLES = ("watch", "operate", "maintain")
-folder_option = click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help=FOLDER_HELP)
+folder_option: Final = click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help=FOLDER_HELP)
 
 
 @click.command()

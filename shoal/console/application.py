@@ -35,7 +35,7 @@ MOST_VIEWERS, MOST_WATCHING = 32, 24  # pages; those of users who may watch only
 CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
 MOST_WORDS = 4096  # bytes of a message of the page
-SERVICE = {  # for the menu of BlueOS, which asks each port of its computer
+SERVICE: dict[str, str | bool] = {  # for the menu of BlueOS, which asks each port of its computer
     "name": "Shoal",
     "description": "The vehicle on a map, its health, plans and log book",
     "icon": "mdi-submarine",
