@@ -48,9 +48,12 @@ class Viewer:
         """The answer to a call, or the failure."""
         known = self.until(lambda: self.services.get(service))
         self.send_call(known, number, data, encoding)
-        failed = lambda: next((each for each in self.of("serviceCallFailure") if each["callId"] == number), None)  # noqa: E731
-        self.until(lambda: number in self.answers or failed())
-        return self.answers.get(number) or failed()
+
+        def answer() -> Any:
+            failures = (each for each in self.of("serviceCallFailure") if each["callId"] == number)
+            return self.answers.get(number) or next(failures, None)
+
+        return self.until(answer)
 
     def send_call(self, service: int, number: int, data: bytes, encoding: str) -> None:
         name = encoding.encode()
