@@ -10,7 +10,6 @@ from runtime.snapshot import SnapshotError
 from shoal.console.page_job import answer_job
 from shoal.rerun import RewoundRun
 from support.diagnostics import ProfileError
-from support.file_errors import describe_os_error
 
 CONFIGURATION = "Config.ini"
 
@@ -39,18 +38,11 @@ def resumes(path: Path) -> bool:
 
 
 def _work(job: dict[str, Any]) -> dict[str, Any]:
-    try:
-        seconds = float(job["seconds"])
-        if not (math.isfinite(seconds) and seconds > 0.0):
-            raise ValueError(f"{seconds:g} s is no time to run")
-        return resume_log(Path(job["log"]), job["time"], seconds, job["changes"], Path(job["log_root"]))
-    except (SnapshotError, ProfileError, ValueError) as error:
-        return {"ok": False, "text": str(error)}
-    except OSError as error:
-        return {"ok": False, "text": describe_os_error(error)}
-    except Exception as error:  # a task of the vehicle has failed: the operator sees why
-        return {"ok": False, "text": f"the run has failed: {type(error).__name__}: {error}"}
+    seconds = float(job["seconds"])
+    if not (math.isfinite(seconds) and seconds > 0.0):
+        raise ValueError(f"{seconds:g} s is no time to run")
+    return resume_log(Path(job["log"]), job["time"], seconds, job["changes"], Path(job["log_root"]))
 
 
 if __name__ == "__main__":
-    answer_job(_work)
+    answer_job(_work, "the run", SnapshotError, ProfileError, ValueError)

@@ -9,6 +9,8 @@ from asyncio.subprocess import PIPE
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from support.file_errors import describe_os_error
+
 MOST_ANSWER = 16 << 20  # bytes
 LOWER_PRIORITY = 10
 FAILED = 1
@@ -68,8 +70,14 @@ class PageJob:
             self._process.kill()
 
 
-def answer_job(work: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
-    """Read a job, do it, write its answer. Ends at once when the one who has given it is gone."""
+Work = Callable[[dict[str, Any]], dict[str, Any]]
+
+
+def answer_job(work: Work, name: str, *refusals: type[Exception]) -> None:
+    """Read a job, do it, write its answer. Ends at once when the one who has given it is gone.
+
+    Errors are answers, too: `refusals` by their own text, those of a task of the vehicle as a failure of `name`.
+    """
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what the work prints is no answer
     line = sys.stdin.buffer.readline()
@@ -77,8 +85,19 @@ def answer_job(work: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
         return
     os.nice(LOWER_PRIORITY)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    answers.write(json.dumps(work(json.loads(line))).encode() + b"\n")
+    answers.write(json.dumps(_answer(work, name, refusals, json.loads(line))).encode() + b"\n")
     answers.flush()
+
+
+def _answer(work: Work, name: str, refusals: tuple[type[Exception], ...], job: dict[str, Any]) -> dict[str, Any]:
+    try:
+        return work(job)
+    except refusals as error:
+        return {"ok": False, "text": str(error)}
+    except OSError as error:
+        return {"ok": False, "text": describe_os_error(error)}
+    except Exception as error:  # a task has failed: the operator sees why
+        return {"ok": False, "text": f"{name} has failed: {type(error).__name__}: {error}"}
 
 
 def _end_with_parent() -> None:

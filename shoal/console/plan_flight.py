@@ -14,7 +14,6 @@ from runtime.vehicle import Vehicle
 from shoal.console.page_job import answer_job
 from shoal.missions import Mission, Report, prepare
 from support.diagnostics import ProfileError
-from support.file_errors import describe_os_error
 from support.wgs84 import offset
 from world import WorldError, read_world
 from world.sea import Bathymetry
@@ -113,15 +112,8 @@ def _thinned(rows: list[Row]) -> list[Row]:
 
 def _work(job: dict[str, Any]) -> dict[str, Any]:
     place = job.get("place")
-    try:
-        return fly_plan(job["text"], job["profile"], tuple(place) if place else None)
-    except (PlanFileError, ProfileError, WorldError) as error:
-        return {"ok": False, "text": str(error)}
-    except OSError as error:
-        return {"ok": False, "text": describe_os_error(error)}
-    except Exception as error:  # a task of the profile has failed: the operator sees why
-        return {"ok": False, "text": f"the flight has failed: {type(error).__name__}: {error}"}
+    return fly_plan(job["text"], job["profile"], tuple(place) if place else None)
 
 
 if __name__ == "__main__":
-    answer_job(_work)
+    answer_job(_work, "the flight", PlanFileError, ProfileError, WorldError)
