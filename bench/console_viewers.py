@@ -1,0 +1,174 @@
+"""Costs of the page in the browser beside a vehicle: `python bench/console_viewers.py [--windows N] [--ten MINUTES]`.
+
+A shipped vehicle runs in real time twice at once, with and without `[Transports.Console]`; each pair of windows of 15 s
+gives a ratio of processor times. Then one page looks, then ten. Prints the sizes of the first load, the ratio without
+a viewer (upper end of the 95 % interval of the median at most 1.02), the cost of one viewer (at most 1.5 % of a core),
+and of ten (5 % and 20 MB more, no gap of the kernel that is 20 ms longer); exits with 1 above a limit.
+"""
+
+import argparse
+import re
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from subprocess import DEVNULL, Popen
+from threading import Thread
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import imc
+from tests.outside import ALONE
+from tests.shoal.console.operator_page import OperatorPage, vehicle_page
+
+WINDOW, SETTLING = 15.0, 10.0  # s
+PROFILE = "lauv-noptilus-1"
+MOST_LOAD, MOST_JAVASCRIPT = 300_000, 80_000  # bytes
+MOST_IDLE, MOST_ONE, MOST_TEN, MOST_MEMORY, MOST_GAP = 1.02, 0.015, 0.05, 20.0, 0.02
+REPEATS = 2000
+
+
+def cpu_time(process: int) -> float:
+    """Processor time (s) of a process, all threads, to a nanosecond."""
+    return sum(int(path.read_text().split()[0]) / 1e9 for path in Path(f"/proc/{process}/task").glob("*/schedstat"))
+
+
+def memory(process: int) -> float:
+    """Resident memory (MB)."""
+    found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{process}/status").read_text())
+    assert found is not None
+    return int(found[1]) / 1000.0
+
+
+@contextmanager
+def vehicle_without_page(folder: Path) -> Iterator[int]:
+    words = [word for setting in ALONE for word in ("--set", setting)]
+    words += [word for name in ("Simulators.MUGDetectionCamera", "Plan.Autostart", "Monitors.HostResources")
+              for word in ("--set", f"{name}:Enabled=Never")]  # fmt: skip
+    command = [sys.executable, "-m", "shoal.cli", "run", PROFILE, "-p", "Simulation", *words]
+    with Popen(command, cwd=folder, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL) as process:
+        try:
+            yield process.pid
+        finally:
+            process.terminate()
+
+
+def rates(processes: list[int], seconds: float) -> list[float]:
+    """Processor time of each process per second."""
+    before, began = [cpu_time(each) for each in processes], time.monotonic()
+    time.sleep(seconds)
+    took = time.monotonic() - began
+    return [(cpu_time(each) - old) / took for each, old in zip(processes, before, strict=True)]
+
+
+@contextmanager
+def viewers(page: OperatorPage, count: int) -> Iterator[list[int]]:
+    """Pages that look and take each frame; the numbers of frames that they have taken."""
+    taken = [0] * count
+    with ExitStack() as stack:
+        for number in range(count):
+            frames = page.frames(max_size=None)
+            stack.callback(frames.close)
+
+            def take(number: int = number, frames: object = frames) -> None:
+                for _ in frames:  # type: ignore[attr-defined]
+                    taken[number] += 1
+
+            Thread(target=take, daemon=True).start()
+        yield taken
+
+
+def interval(ratios: list[float]) -> tuple[float, float]:
+    """The 95 % interval of the median, by resampling."""
+    drawn = np.random.default_rng(1).choice(ratios, (REPEATS, len(ratios)))
+    low, high = np.quantile(np.median(drawn, axis=1), [0.025, 0.975])
+    return float(low), float(high)
+
+
+def first_load(page: OperatorPage) -> tuple[int, int]:
+    """Bytes of the page with all its files, and of the JavaScript among them that is our own."""
+    index = page.request("GET", "/")[1]
+    waiting, sizes = re.findall(r'(?:href|src)="/files/([^"]+)"', index.decode()), dict[str, int]()
+    own = 0
+    while waiting:
+        name = waiting.pop()
+        if name in sizes:
+            continue
+        status, data, _ = page.request("GET", f"/files/{name}")
+        assert status == 200, name
+        sizes[name] = len(data)
+        if name.endswith(".js") and name not in ("leaflet.js", "uplot.js"):
+            own += len(data)
+            waiting += re.findall(r'from "\./([^"]+)"', data.decode())
+    return len(index) + sum(sizes.values()), own
+
+
+def longest_gap(folder: Path, begin: float, end: float) -> float:
+    """The longest time (s) between two positions of the vehicle in its log, between two times."""
+    (path,) = (each.parent for each in folder.rglob("Data.lsf*"))
+    times = [message.timestamp for message in imc.Log(path).messages("EstimatedState")]
+    inside = np.array([each for each in times if begin <= each <= end])
+    return float(np.diff(inside).max())
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--windows", type=int, default=20, help="pairs of windows without a viewer")
+    parser.add_argument("--ten", type=float, default=10.0, help="minutes with ten viewers")
+    words = parser.parse_args()
+    failed = list[str]()
+
+    def check(name: str, value: float, most: float, unit: str) -> None:
+        print(f"{name}: {value:.4g} {unit} (at most {most:g})", flush=True)
+        if value > most:
+            failed.append(name)
+
+    with tempfile.TemporaryDirectory() as name:
+        folders = [Path(name, each) for each in ("with", "without")]
+        for each in folders:
+            each.mkdir()
+        with (
+            vehicle_page(folders[0], "--clock", "real", profile=PROFILE) as page,
+            vehicle_without_page(folders[1]) as other,
+        ):
+            page.log_in()
+            time.sleep(SETTLING)
+            load, own = first_load(page)
+            check("first load", load, MOST_LOAD, "bytes")
+            check("own JavaScript", own, MOST_JAVASCRIPT, "bytes")
+            both = [page.process.pid, other]
+            pairs = [rates(both, WINDOW) for _ in range(words.windows)]
+            ratios = [mine / theirs for mine, theirs in pairs]
+            low, high = interval(ratios)
+            print(f"no viewer: {statistics.median(ratios):.3f} of the time without the page [{low:.3f}, {high:.3f}]")
+            check("no viewer, upper end", high, MOST_IDLE, "")
+            quiet = statistics.median(mine for mine, _ in pairs)
+            before = time.time()
+            with viewers(page, 1) as taken:
+                time.sleep(2.0)
+                begin, frames = time.monotonic(), taken[0]
+                one = rates(both, 60.0)[0]
+                rate = (taken[0] - frames) / (time.monotonic() - begin)
+                size = memory(page.process.pid)
+            print(f"one viewer gets {rate:.1f} frames/s; the vehicle alone takes {100 * quiet:.2f} % of a core")
+            check("one viewer", one - quiet, MOST_ONE, "of a core")
+            middle = time.time()
+            with viewers(page, 10) as taken:
+                ten = rates(both, 60.0 * words.ten)[0]
+                check("ten viewers' memory", memory(page.process.pid) - size, MOST_MEMORY, "MB more")
+                print(f"each of ten viewers got {min(taken)} to {max(taken)} frames")
+            check("ten viewers", ten - one, MOST_TEN, "of a core more")
+            end = time.time()
+        gaps = [longest_gap(folders[0], *times) for times in ((before - 60.0, before), (middle, end))]
+        check("ten viewers' longest gap of the kernel", gaps[1] - gaps[0], MOST_GAP, "s more than without")
+    print("above its limit: " + ", ".join(failed) if failed else "all within their limits")
+    return bool(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
