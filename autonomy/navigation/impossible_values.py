@@ -21,7 +21,11 @@ class ImpossibleValues:
 
     def accepts_within(self, kind: str, limit: float, *values: float) -> bool:
         """Whether no value exceeds a limit in its amount, in their unit; counts the measurement if one does."""
-        return self.accepts(kind, all(abs(value) <= limit for value in values))
+        for value in values:
+            if not abs(value) <= limit:  # NaN, too
+                self.counts[kind] += 1
+                return False
+        return True
 
     def report(self, now: float) -> str:
         """Numbers rejected since the start, for people, at a time (s); empty if none is new or one came just now."""
