@@ -3,13 +3,14 @@
 `python bench/fault_pairs.py --missions 100 --seed 1` flies missions of `bench/campaign.py` with other faults, prints
 each failure with its seed, and exits with 1 if there is one. Beside the criteria there: none above the fence, and no
 touchdown of a multirotor faster than 2.5 m/s. Missions with jammed fins may end on the bottom, and a vehicle with more
-weight than buoyancy may be kept at the surface by its motor.
+weight than buoyancy may be kept at the surface by its motor: it sinks until the motor turns, and comes up again.
 """
 
 import math
 import random
 import re
 import sys
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -23,6 +24,7 @@ from runtime.fault_injection import Biased, Fault, FaultInjector, PublishInterce
 FENCE, TOUCHDOWN = 120.0, 2.5  # m, m/s
 IMPACT = re.compile(r"touchdown at ([0-9.]+) m/s")  # of Simulators.UAV
 KEPT_UP = "ascending with motor and fins"  # of Supervisors.Failsafe
+AFLOAT, BOBBING, MINUTE = 0.3, 1.6, 6000  # m, m, steps: one that is kept up is as deep in between
 FEET, DEGREES = 3.2808, 57.2958
 # task: message, field, drift per second
 DRIFTS = {
@@ -134,10 +136,12 @@ def fly(seed: int) -> Flight:
     kinds += ["weight"] if mission.profile == "hexa-00" else []
     drawn = pick.sample(kinds, 2)
     highest = 0.0
+    depths = deque[float](maxlen=MINUTE)
 
     def measure(truth: imc.SimulatedState) -> None:
         nonlocal highest
         highest = max(highest, -truth.z)
+        depths.append(truth.z)
 
     def inject(vehicle: "object") -> None:
         names = [task.name for task in vehicle.tasks if task.name not in ("Simulators.VSIM", "Simulators.UAV")]
@@ -158,10 +162,12 @@ def fly(seed: int) -> Flight:
     flight.violations += [f"{highest:.0f} m high"] if highest > FENCE else []
     impacts = [float(found[1]) for line in flight.log if (found := IMPACT.search(line))]
     flight.violations += [f"touchdown at {hard:.1f} m/s" for hard in impacts if hard > TOUCHDOWN]
-    drives = "drives without a plan"
-    if drives in flight.violations and "weight" in drawn and any(KEPT_UP in line for line in flight.log):
-        flight.violations.remove(drives)
-        flight.outcome = "kept at the surface by its motor"
+    if "weight" in drawn and any(KEPT_UP in line for line in flight.log):
+        bobs = min(depths) < AFLOAT and max(depths) < BOBBING
+        allowed = ("drives without a plan", *(("still 1 m deep", "still 2 m deep") if bobs else ()))
+        if found := [each for each in allowed if each in flight.violations]:
+            flight.violations = [each for each in flight.violations if each not in found]
+            flight.outcome = "kept at the surface by its motor"
     if "jam" in drawn and "below the bottom" in flight.violations:
         flight.violations.remove("below the bottom")
     return flight

@@ -8,7 +8,7 @@ from support.rotations import Vector
 
 RISEN = 0.3  # m above the deepest depth; a vehicle that has risen by this much with its motor rises
 RISES = 0.5  # m in the time that buoyancy has; one that rises more slowly needs its motor
-RISES_BY_SPEED = 0.4  # m of it by the vertical speed: a depth in feet shows three times the way
+RISES_BY_SPEED = 0.4  # m of it by the vertical speed or the altitude: a depth in feet shows three times the way
 SETTLED = 2.0  # s without a greater depth, after which a vehicle no longer dives
 ABOVE = 0.15  # m; help ends this far above the depth at which it begins
 GENTLE, FULL_DEPTH = 0.25, 0.4  # share of the thrust at the surface, and m below it at which it is all
@@ -72,6 +72,7 @@ class AscentMonitor:
         self._bow_up, self._pitched = False, -math.inf
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
         self._grounds = math.inf
+        self._altitude = self._lowest = math.nan
 
     @property
     def share(self) -> float:
@@ -100,7 +101,7 @@ class AscentMonitor:
         self._unseen, self.pitch_faulty = 0.0, False
         self.astern &= not self.stops_dive
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
-        self._grounds = math.inf
+        self._grounds, self._altitude = math.inf, math.nan
 
     def update(
         self,
@@ -114,14 +115,15 @@ class AscentMonitor:
         """Take a depth (m) of a vehicle that should rise; one that has `surfaced` is at the surface at any depth.
 
         `unfixed` means that GPS, which had fixes, has none now. `rising` is the vertical speed upward (m/s), None if
-        it is unknown: a vehicle rises if depth and speed show it. `jumped` (m) is by how much the depth has become
-        less at once.
+        it is unknown: a vehicle rises if depth and speed show it, or depth and altitude, since a pitch that is wrong
+        makes the speed wrong. `jumped` (m) is by how much the depth has become less at once.
         """
         if not math.isnan(self._updated):
             self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
         self._depth, self._updated = depth, now
         self._end_long_stop(now)
-        self._grounds = math.inf if rising is None else self._grounds
+        if rising is None:
+            self._grounds, self._altitude = math.inf, math.nan
         shallow = depth <= self.surface + (ABOVE if self._climbs else -ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced:
             self._sank |= jumped > 0.0 or self._risen < -SANK
@@ -149,7 +151,7 @@ class AscentMonitor:
     def update_without_depth(self, now: float, depth: float, elapsed: float) -> None:
         """Help for the time that the last depth (m) takes; it was measured `elapsed` s ago."""
         self._end_long_stop(now)
-        self._grounds = math.inf
+        self._grounds, self._altitude = math.inf, math.nan
         if elapsed > self.delay:
             self.stops_dive = False
             self.helping = depth > self.surface and elapsed < self.delay + SLOWEST * depth
@@ -176,6 +178,7 @@ class AscentMonitor:
         `altitude` is that above the bottom (m, below zero if it is unknown), `speed` ahead and `rising` upward (m/s).
         On the bottom fins have no effect.
         """
+        self._altitude = altitude if altitude >= 0.0 else math.nan
         reaches = 0.0 <= altitude < -rising * self.delay
         sinks = reaches and rising < -SINKS_SLOWLY and abs(speed) < COASTED
         self._grounds = min(self._grounds, now) if sinks else math.inf
@@ -225,7 +228,8 @@ class AscentMonitor:
         if self._doubted is None:
             self._doubted = now
         sinks = self.heavy or self._risen < -SANK
-        patience = 0.0 if self.heavy and depth < IN_THE_AIR else UNFIXED if sinks else PAUSE
+        sinks_again = self.heavy and (depth < IN_THE_AIR or self._risen < -RISEN)
+        patience = 0.0 if sinks_again else UNFIXED if sinks else PAUSE
         if not self._climbs and now - self._doubted < patience:
             return
         if not self._climbs:
@@ -264,9 +268,12 @@ class AscentMonitor:
     def _wait(self, now: float, depth: float) -> None:
         """Wait for buoyancy, longer where a dive had to end first; one that was too heavy gets help as it sinks."""
         if depth > self._extreme:
-            self._extreme, self._deepest, self._risen = depth, now, 0.0
-        if depth < self._extreme - RISES and self._risen > RISES_BY_SPEED:
+            self._extreme, self._deepest, self._risen, self._lowest = depth, now, 0.0, math.nan
+        self._lowest = self._altitude if math.isnan(self._lowest) else self._lowest
+        risen = self._risen > RISES_BY_SPEED or self._altitude - self._lowest > RISES_BY_SPEED
+        if depth < self._extreme - RISES and risen:
             self._extreme, self._since, self._deepest, self._risen = depth, now, now, 0.0
+            self._lowest = self._altitude
         sinks = self.heavy and self._afloat is not None and depth > self.surface
         begins = SETTLED < now - self._deepest <= self.delay
         grounds = now - self._grounds > SINKS_FOR

@@ -49,10 +49,11 @@ def test_a_vehicle_that_rises_by_less_than_half_a_meter_in_that_time_gets_help()
 
 
 def test_a_vehicle_whose_depth_alone_rises_gets_help():
-    def helped(depth, rising):
+    def helped(depth, rising, altitude=lambda t: -1.0):
         monitor = AscentMonitor(0.3, 20.0)
         monitor.reset(0.0)
         for tick in range(100):
+            monitor.watch_bottom(0.25 * tick, altitude(0.25 * tick), 0.0, rising or 0.0)
             monitor.update(0.25 * tick, 30.0 - depth * 0.25 * tick, False, False, rising)
         return monitor.helping
 
@@ -60,6 +61,9 @@ def test_a_vehicle_whose_depth_alone_rises_gets_help():
     assert not helped(0.06, 0.06)
     assert not helped(0.06, None), "no vertical speed is known"
     assert helped(0.0, 0.06)
+    assert not helped(0.06, 0.01, lambda t: 5.0 + 0.05 * t), "the altitude shows it, and the speed is wrong"
+    assert helped(0.027, 0.008, lambda t: 5.0 + 0.008 * t)
+    assert helped(0.06, 0.01, lambda t: 5.0 + 0.05 * t if t < 6.0 else -1.0), "the bottom is no longer seen"
 
 
 def test_help_that_brings_nothing_goes_astern_and_then_pauses():
@@ -267,6 +271,12 @@ def test_a_vehicle_that_sinks_by_its_vertical_speed_climbs_although_its_depth_is
     assert monitor.heavy
     depths, monitor = sinks_unseen(0.0, 0.0)
     assert not monitor.heavy, "it may be at the surface"
+
+
+def test_a_heavy_vehicle_whose_depth_is_that_of_the_surface_is_kept_up_as_soon_as_it_sinks():
+    depths, monitor = sinks_unseen(0.1, 0.0)
+    assert monitor.heavy
+    assert max(depths[4 * 60 :]) < 0.7, "without a fix and 0.3 m down it needs no other sign"
 
 
 def test_a_climb_does_not_end_for_the_noise_of_a_depth_near_that_of_the_surface():

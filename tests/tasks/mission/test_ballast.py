@@ -114,12 +114,13 @@ def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_shows_three_tim
     assert max(flight.depths[-1000:]) < 1.0
 
 
-def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_in_kilometers(fly, tmp_path):
-    """That of 5 m is that of the surface."""
+@pytest.mark.parametrize("kilograms", [0.3, 0.6])
+def test_a_vehicle_that_is_too_heavy_comes_up_although_its_depth_is_in_kilometers(kilograms, fly, tmp_path):
+    """That of 5 m is that of the surface: without a fix there, the vertical speed shows that it sinks again."""
     kilometers = lies(DEPTH, imc.Depth, ("value", lambda depth, t: depth * 0.001))
-    flight = fly(tmp_path, all_of(ballast(0.3), kilometers), 130.0)
+    flight = fly(tmp_path, all_of(ballast(kilograms), kilometers), 150.0)
     assert max(flight.depths) > 4.0
-    assert max(flight.depths[-1000:]) < 1.6
+    assert max(flight.depths[-4000:]) < 1.3
 
 
 @pytest.mark.parametrize(("kilograms", "wrong"), [(0.3, 0.5), (0.18, 0.37)])
@@ -163,7 +164,9 @@ def test_fins_that_are_jammed_downward_do_not_make_a_light_vehicle_dive_whose_de
     assert flight.depths[-1] < 1.0
 
 
-def test_a_vehicle_that_rises_by_itself_needs_no_motor(fly, tmp_path):
+@pytest.mark.parametrize("wrong", [0.0, -0.15], ids=["sound", "with a wrong pitch in a current"])
+def test_a_vehicle_that_rises_by_itself_needs_no_motor(wrong, tmp_path):
+    """A pitch 9° too small makes the vertical speed in a current wrong; the altitude shows that it rises."""
     driven = []
 
     def inject(vehicle):
@@ -177,7 +180,10 @@ def test_a_vehicle_that_rises_by_itself_needs_no_motor(fly, tmp_path):
 
         motor.set_actuation = note
 
-    flight = fly(tmp_path, inject, 90.0)
+    water = DEEP.replace("120", "15"), "Simulators.StreamVelocity:Default Speed North=0.4"
+    state = underway("lauv-noptilus-1", plan_of(goto(30, 0, 10.0)), FAULT, *water, BLIND)
+    pitch = lies(AHRS, imc.EulerAngles, ("theta", lambda true, t: true + (wrong if t > 15.0 else 0.0)))
+    flight = Flight(state, tmp_path, all_of(inject, pitch), 100.0)
     assert set(driven) <= {0.0}
     assert flight.depths[-1] < max(flight.depths) - 1.0
-    assert not flight.errors
+    assert wrong or not flight.errors
