@@ -26,6 +26,7 @@ HELP_PATIENCE = 25.0  # s that help may take for RISEN
 PAUSE = 60.0  # s between two attempts ahead
 UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
 SANK = 1.0  # m by the vertical speed, of a vehicle whose depth is that of the surface
+FORGETS = 120.0  # s, time constant of this way: an error of the vertical speed below 8 mm/s is no way down
 UNSEEN = 5.0  # m by the vertical speed alone, beyond those that the depth has jumped by; more is no climb
 CLIMB, CLIMB_TIME = 3.0, 15.0  # m, s: a vehicle under water climbs as far with its motor, even if the depth drifts
 AT_SURFACE = 120.0  # s at the surface without help, after which a vehicle counts as light again
@@ -118,14 +119,16 @@ class AscentMonitor:
         it is unknown: a vehicle rises if depth and speed show it, or depth and altitude, since a pitch that is wrong
         makes the speed wrong. `jumped` (m) is by how much the depth has become less at once.
         """
-        if not math.isnan(self._updated):
-            self._risen += self._depth - depth if rising is None else rising * (now - self._updated)
+        elapsed = 0.0 if math.isnan(self._updated) else now - self._updated
+        if elapsed > 0.0:
+            self._risen += self._depth - depth if rising is None else rising * elapsed
         self._depth, self._updated = depth, now
         self._end_long_stop(now)
         if rising is None:
             self._grounds, self._altitude = math.inf, math.nan
         shallow = depth <= self.surface + (ABOVE if self._climbs else -ABOVE if self.helping else 0.0)
         if shallow and unfixed and not surfaced:
+            self._risen *= 1.0 if self._climbs else math.exp(-elapsed / FORGETS)
             self._sank |= jumped > 0.0 or self._risen < -SANK
             self._jumped = jumped
             if self.heavy or depth < IN_THE_AIR or self._sank:

@@ -269,8 +269,10 @@ def test_a_vehicle_that_sinks_by_its_vertical_speed_climbs_although_its_depth_is
     assert max(depths) < 9.0
     assert min(depths) == 0.0
     assert monitor.heavy
-    depths, monitor = sinks_unseen(0.0, 0.0)
-    assert not monitor.heavy, "it may be at the surface"
+    for error in (0.0, 0.001, 0.005):
+        _, monitor = sinks_unseen(error, 0.0, 3600.0)
+        assert not monitor.heavy, "it may be at the surface, and its vertical speed wrong"
+        assert not monitor.helping
 
 
 def test_a_heavy_vehicle_whose_depth_is_that_of_the_surface_is_kept_up_as_soon_as_it_sinks():
