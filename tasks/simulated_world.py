@@ -209,7 +209,7 @@ class TrueState:
 
     def update(self, state: imc.SimulatedState) -> None:
         """Take the next state; one that makes no sense is passed over. After a jump back, it is the first."""
-        self.fault = "" if is_valid_truth(state) else INVALID_TRUTH
+        self.fault: str = "" if is_valid_truth(state) else INVALID_TRUTH
         if self.fault:
             return
         motion = BodyMotion.from_state(state)

@@ -1,7 +1,7 @@
 """Circles to calibrate the compass."""
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import imc
 from autonomy.guidance import UnknownAltitudeError, YoYoMotion
@@ -36,7 +36,12 @@ class CompassCalibration(Maneuver):
     between its two depths, in shallow water for example, ends with an error.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState, imc.EulerAngles, imc.MagneticField)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (
+        imc.PathControlState,
+        imc.EstimatedState,
+        imc.EulerAngles,
+        imc.MagneticField,
+    )
 
     maximum_pitch_variation: float = param(10.0, "°", "Largest step of the pitch.", minimum=0.1, maximum=90)
     entity_label_compass: str = param(

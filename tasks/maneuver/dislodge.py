@@ -1,6 +1,7 @@
 """Frees a vehicle that is stuck."""
 
 import math
+from typing import ClassVar
 
 import imc
 from runtime import param
@@ -16,8 +17,8 @@ class Dislodge(Maneuver):
     The vehicle points up while it goes ahead, and stays level astern; with neutral fins it might dive.
     """
 
-    loops = Loops.SPEED | Loops.PITCH
-    subscribed = (imc.EstimatedState,)
+    loops: ClassVar[int | None] = Loops.SPEED | Loops.PITCH
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.EstimatedState,)
 
     attempts: int = param(5, "1", "Number of attempts.", minimum=1, maximum=1000)
     bursts: int = param(5, "1", "Bursts per attempt.", minimum=1, maximum=1000)

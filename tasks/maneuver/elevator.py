@@ -1,6 +1,7 @@
 """Goes from one depth to another above a point."""
 
 import math
+from typing import ClassVar
 
 import imc
 from runtime import param
@@ -11,7 +12,7 @@ from tasks.maneuver.maneuver_task import Maneuver, PathEnd, PathFlags
 class Elevator(Maneuver):
     """Goes to a point, or stays where it is, and spirals from one depth or altitude to another."""
 
-    subscribed = (imc.PathControlState, imc.EstimatedState, imc.DesiredZ)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState, imc.DesiredZ)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     vertical_monitor: bool = param(True, "", "Fail if the depth does not change.", name="VMonitor")

@@ -1,7 +1,7 @@
 """Follows another system at a distance."""
 
 import math
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import imc
 from imc.coordinates import absolute_position
@@ -34,9 +34,9 @@ class FollowSystem(Maneuver):
     system is nearer than the safe distance. No position for the timeout ends the maneuver with an error.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState)
-    subscribed_from_others = (imc.Announce, imc.RemoteState)
-    loops = 0
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
+    subscribed_from_others: ClassVar[tuple[type[imc.Message], ...]] = (imc.Announce, imc.RemoteState)
+    loops: ClassVar[int | None] = 0
 
     loitering_radius: float = param(-1.0, "m", "Radius of circles at the place; at most 0 rests there.")
     timeout: float = param(60.0, "s", "Time without a position that ends the maneuver.", minimum=1)

@@ -1,5 +1,7 @@
 """Does nothing, for a time or forever."""
 
+from typing import ClassVar
+
 import imc
 from tasks.maneuver.maneuver_task import Maneuver
 
@@ -7,8 +9,8 @@ from tasks.maneuver.maneuver_task import Maneuver
 class Idle(Maneuver):
     """Disables all control loops; a duration of 0 lasts until another maneuver begins."""
 
-    loops = 0
-    subscribed = ()
+    loops: ClassVar[int | None] = 0
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = ()
 
     async def execute(self, idle: imc.IdleManeuver) -> None:
         if idle.duration == 0:

@@ -1,5 +1,7 @@
 """Lands on the ground."""
 
+from typing import ClassVar
+
 import imc
 from imc.coordinates import absolute_position
 from runtime import param
@@ -19,7 +21,7 @@ class Land(Maneuver):
         10.0, "m", "Largest distance from the position; a fixed wing rolls out beyond it.", minimum=1.0
     )
 
-    subscribed = (imc.PathControlState, imc.EstimatedState)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
 
     async def execute(self, land: imc.Land) -> None:
         leg = PathEnd.from_maneuver(land)

@@ -1,5 +1,7 @@
 """Goes to a point once the vehicle is in the water."""
 
+from typing import ClassVar
+
 import imc
 from tasks.maneuver.maneuver_task import Loops, Maneuver, PathEnd
 
@@ -9,8 +11,8 @@ Medium = imc.VehicleMedium.Medium
 class Launch(Maneuver):
     """Waits without control until the vehicle is in the water, then goes to a point."""
 
-    loops = None
-    subscribed = (imc.PathControlState, imc.VehicleMedium)
+    loops: ClassVar[int | None] = None
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.VehicleMedium)
 
     async def execute(self, launch: imc.Launch) -> None:
         medium = Medium.UNKNOWN

@@ -1,6 +1,7 @@
 """Circles around a point, or in figures of eight."""
 
 import math
+from typing import ClassVar
 
 import imc
 from runtime import param
@@ -19,7 +20,7 @@ class Loiter(Maneuver):
     The type EIGHT is a figure of eight, all others are circles. A vehicle that can hover does so for the type HOVER.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     hovers: bool = param(False, "", "Whether the vehicle can hover.", editable=False)

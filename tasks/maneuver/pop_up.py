@@ -1,6 +1,7 @@
 """Surfaces for a position fix and dives again."""
 
 import math
+from typing import ClassVar
 
 import imc
 from imc.coordinates import absolute_position
@@ -23,7 +24,13 @@ class PopUp(Maneuver):
     after its duration it fails; 0 is no limit.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState, imc.VehicleMedium, imc.GpsFix, imc.DesiredZ)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (
+        imc.PathControlState,
+        imc.EstimatedState,
+        imc.VehicleMedium,
+        imc.GpsFix,
+        imc.DesiredZ,
+    )
 
     elevator_radius: float = param(15.0, "m", "Smallest radius of the spirals.", minimum=1)
     station_radius: float = param(

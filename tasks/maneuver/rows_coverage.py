@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from typing import ClassVar
 
 import imc
 from imc.coordinates import altitude_row_spacing
@@ -17,7 +18,7 @@ class RowsCoverage(Maneuver):
     altitude of the row before.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
 
     samples: int = param(
         40,

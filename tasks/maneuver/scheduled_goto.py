@@ -1,6 +1,7 @@
 """Goes to a point by a given time."""
 
 import math
+from typing import ClassVar
 
 import imc
 from autonomy.plans import LATENESS
@@ -23,7 +24,7 @@ class ScheduledGoto(Maneuver):
     reports how late or early it is. It travels at one depth and goes to the other shortly before the end.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState)
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
 
     minimum_speed: float = param(0.7, "m/s", "Slowest speed.", minimum=0.1)
     maximum_speed: float = param(1.6, "m/s", "Fastest speed.", minimum=0.1)

@@ -1,6 +1,7 @@
 """Keeps near a point."""
 
 import math
+from typing import ClassVar
 
 import imc
 from imc.tuple_list import parse_tuple_list
@@ -17,9 +18,9 @@ class StationKeeping(Maneuver):
     parameters for a station.
     """
 
-    loops = None
-    subscribed = (imc.PathControlState, imc.EstimatedState)
-    subscribed_from_others = (imc.ManeuverDone,)
+    loops: ClassVar[int | None] = None
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
+    subscribed_from_others: ClassVar[tuple[type[imc.Message], ...]] = (imc.ManeuverDone,)
 
     minimum_radius: float = param(10.0, "m", "Smallest radius; smaller ones are raised to it.", minimum=0)
     under_water: str = param(

@@ -1,5 +1,7 @@
 """Lets an operator steer."""
 
+from typing import ClassVar
+
 import imc
 from imc.reserved_ids import UNKNOWN_SYSTEM
 from imc.tuple_list import parse_tuple_list, parse_tuple_list_integer
@@ -9,9 +11,9 @@ from tasks.maneuver.maneuver_task import Loops, Maneuver
 class Teleoperation(Maneuver):
     """Enables remote operation until TeleoperationDone or the action Exit, from the `src` in `custom` if given."""
 
-    loops = Loops.TELEOPERATION
-    subscribed = ()
-    subscribed_from_others = (imc.TeleoperationDone, imc.RemoteActions)
+    loops: ClassVar[int | None] = Loops.TELEOPERATION
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = ()
+    subscribed_from_others: ClassVar[tuple[type[imc.Message], ...]] = (imc.TeleoperationDone, imc.RemoteActions)
 
     async def execute(self, teleoperation: imc.Teleoperation) -> None:
         self.report_progress()

@@ -1,6 +1,7 @@
 """Goes to a point while zigzagging in depth."""
 
 import math
+from typing import ClassVar
 
 import imc
 from autonomy.guidance import UnknownAltitudeError, YoYoMotion
@@ -17,8 +18,8 @@ class YoYo(Maneuver):
     its lower depth or altitude, it reports that at the end.
     """
 
-    loops = Loops.PATH | Loops.PITCH
-    subscribed = (imc.PathControlState, imc.EstimatedState)
+    loops: ClassVar[int | None] = Loops.PATH | Loops.PITCH
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
 
     maximum_pitch_variation: float = param(10.0, "°", "Largest step of the pitch.", minimum=0.1, maximum=90)
     minimum_altitude: float = param(

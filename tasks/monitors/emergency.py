@@ -4,6 +4,7 @@ import math
 from collections import deque
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
+from typing import ClassVar
 
 import imc
 from imc.console_links import has_console
@@ -44,7 +45,7 @@ class Emergency(Task):
     of a plan (%); -1 is unknown.
     """
 
-    activation = "idle"
+    activation: ClassVar[str] = "idle"
     active: bool = param(False, "", "Send also while a plan runs.", scope="idle", visibility="user")
     sms_recipient_number: str = param(
         "", "", "Telephone number that gets the messages.", name="SMS Recipient Number", visibility="user"

@@ -1,6 +1,7 @@
 """Estimates the medium that the vehicle is in."""
 
 import math
+from typing import ClassVar
 
 import imc
 from runtime import State, Task, consume, param, periodic
@@ -18,7 +19,7 @@ class Medium(Task):
     """
 
     active: bool = param(True, "", "Publish the medium.", scope="idle", visibility="developer")
-    activation = "idle"
+    activation: ClassVar[str] = "idle"
     execution_frequency: float = param(1.0, "Hz", "Rate of VehicleMedium.", minimum=0.001, maximum=1000)
     vehicle_type: str = param("UUV", "", "Kind of vehicle.", choices=KINDS, editable=False)
     initialization_time: float = param(20.0, "s", "Without data, the medium is unknown for this time.", minimum=0)

@@ -3,6 +3,7 @@
 import sqlite3
 from collections import deque
 from pathlib import Path
+from typing import ClassVar
 
 import imc
 from imc.reserved_ids import BROADCAST, UNKNOWN_SYSTEM
@@ -42,7 +43,7 @@ class DB(Task):
         editable=False,
     )
 
-    transient = ("_store", "_current")
+    transient: ClassVar[tuple[str, ...]] = ("_store", "_current")
 
     def start(self) -> None:
         self._reply_to_boot(Type.IN_PROGRESS, "initializing")

@@ -1,7 +1,7 @@
 """Output of GNSS receivers, NMEA 0183 and UBX, as GpsFix messages; without input or output."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import date, time
 from typing import Any
 
@@ -34,7 +34,7 @@ def ubx_size(head: bytes) -> int | None:
     return None if len(head) < 6 else int.from_bytes(head[4:6], "little") + 8
 
 
-KINDS = {b"$": line_size_function(LONGEST_SENTENCE), UBX: ubx_size}
+KINDS: dict[bytes, Callable[[bytes], int | None]] = {b"$": line_size_function(LONGEST_SENTENCE), UBX: ubx_size}
 
 
 def has_valid_checksum(frame: bytes) -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 
 import imc
 from runtime import State, Task, expect, param
-from runtime.devices import FrameSplitter
+from runtime.devices import Device, FrameSplitter
 from tasks.sensors.gnss_parser import (
     KINDS,
     LONGEST_UBX,
@@ -51,13 +51,13 @@ class GPS(Task):
     )
 
     def start(self) -> None:
-        self.epochs = FixAssembler(self.sentence_order[-1] if self.sentence_order else "")
+        self.epochs: FixAssembler = FixAssembler(self.sentence_order[-1] if self.sentence_order else "")
         self.dilution: Any = None  # the last NAV-DOP
         self.ubx_at = -UBX_FIRST
         self.others: dict[str, float] = {}  # s, when messages without a fix came last, by kind
         self.unchecked: dict[str, float] = {}  # the same of sentences without a checksum
         split = FrameSplitter(KINDS, valid=self.is_valid, longest=LONGEST_UBX)
-        self.receiver = self.serial(self.port, self.baud, frames=self.receive_frame, split=split)
+        self.receiver: Device = self.serial(self.port, self.baud, frames=self.receive_frame, split=split)
         self.receiver.explain = self.explain_missing_fix
 
     def is_valid(self, frame: bytes) -> bool:
@@ -91,7 +91,7 @@ class GPS(Task):
         if kind == NAV_DOP:
             self.dilution = parse_ubx(frame)
         elif kind == NAV_PVT:
-            self.ubx_at = self.now
+            self.ubx_at: float = self.now
             self.report(fix_from_ubx(parse_ubx(frame), self.dilution).replace(timestamp=self.now))
         else:
             name = import_module("pyubx2").UBX_MSGIDS.get(kind, kind.hex("-"))

@@ -2,6 +2,7 @@
 
 import imc
 from runtime import Task, expect, param
+from runtime.devices import Device
 
 IN_WATER = 1375.0, 1900.0  # m/s
 
@@ -16,7 +17,7 @@ class MiniSVS(Task):
     baud: int = param(9600, "Bd", "Baud rate of the port.", name="Serial Port - Baud Rate", minimum=1, editable=False)
 
     def start(self) -> None:
-        self.sensor = self.serial(self.port, self.baud, lines=self.measure, opened=self.run_freely)
+        self.sensor: Device = self.serial(self.port, self.baud, lines=self.measure, opened=self.run_freely)
 
     def run_freely(self) -> None:
         self.sensor.write(b"#M1\r\n")

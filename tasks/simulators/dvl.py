@@ -1,9 +1,12 @@
 """Simulates a Doppler velocity log."""
 
 import math
+from collections.abc import Mapping
+from typing import ClassVar
 
 import imc
 from runtime import Entity, State, param, periodic
+from runtime.task import SharedOption
 from support.pose import Pose
 from support.rotations import Vector, cross, rotation, to_body, to_ned
 from tasks.simulated_world import WorldFrame, mount_pose, position_param, world_of
@@ -30,7 +33,7 @@ class DVL(TrueStateSensorTask):
     turned.
     """
 
-    reads = SECTIONS
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
 
     execution_frequency: float = param(5.0, "Hz", "Rate of the velocities.", minimum=0.1, maximum=100)
     ground_noise: float = param(

@@ -1,9 +1,12 @@
 """Simulates what the vehicle's sonars measure: distances to the bottom, the surface and a pier."""
 
 import math
+from collections.abc import Mapping
+from typing import ClassVar
 
 import imc
 from runtime import ParameterError, State, param, periodic
+from runtime.task import SharedOption
 from support.rotations import Vector
 from support.wgs84 import offset
 from tasks.simulated_world import adopt_world_options, world_of
@@ -25,8 +28,8 @@ class Environment(TrueStateSensorTask):
     the lower edge of its beam, and the surface with its axis.
     """
 
-    reads = SECTIONS
-    transient = ("_bathymetry",)
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
+    transient: ClassVar[tuple[str, ...]] = ("_bathymetry",)
 
     execution_frequency: float = param(5.0, "Hz", "Rate of both distances.", minimum=0.1, maximum=100)
     location: str = param("", "", "Name of the place; not used, soundings come from [Bathymetry].")

@@ -1,10 +1,12 @@
 """Simulates the motion of the vehicle, without forces."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 import imc
 from runtime import ConfigWarning, ParameterError, State, Task, param, periodic
+from runtime.task import SharedOption
 from support.wgs84 import offset
 from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
 from world import SECTIONS
@@ -35,8 +37,8 @@ class EstimatedState(Task):
     one it is flat. It keeps above the ground within 30 m, but goes through walls.
     """
 
-    reads = SECTIONS
-    transient = ("_seabed",)
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
+    transient: ClassVar[tuple[str, ...]] = ("_seabed",)
 
     pattern: str = param(
         "Circle",
@@ -85,7 +87,7 @@ class EstimatedState(Task):
     motion: PatternMotion
 
     def configure(self) -> None:
-        self.origin = math.radians(self.start_latitude), math.radians(self.start_longitude)
+        self.origin: tuple[float, float] = math.radians(self.start_latitude), math.radians(self.start_longitude)
         self._seabed = world_of(self).seabed
         self._offset = offset(*self._seabed.reference, *self.origin) if self._seabed is not None else (0.0, 0.0)
         self._require_one_bottom()

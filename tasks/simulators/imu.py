@@ -139,15 +139,17 @@ class IMU(Task):
         maximum=5,
     )
 
-    dropped = 0
+    dropped: int = 0
 
     def configure(self) -> None:
         geometry = self.sampling_rate, self.gravity, mount_pose(self.device_position, self.device_orientation)
-        self.grade = part_from_values(self._number) if self.part == OWN_VALUES else self._of_part()
+        self.grade: ImuPart = part_from_values(self._number) if self.part == OWN_VALUES else self._of_part()
         gyro, accel = self.grade.gyroscope.density, self.grade.accelerometer.density
         if not hasattr(self, "gyroscope"):
-            self.gyroscope, self.accelerometer = NoisyTriad(gyro), NoisyTriad(accel)
-            self.gyro_errors = self.accel_errors = TriadErrors()
+            self.gyroscope: NoisyTriad = NoisyTriad(gyro)
+            self.accelerometer: NoisyTriad = NoisyTriad(accel)
+            self.gyro_errors: TriadErrors = TriadErrors()
+            self.accel_errors: TriadErrors = TriadErrors()
             self._has_device_errors = False
             self._geometry = None
         self.gyroscope.density, self.accelerometer.density = gyro, accel

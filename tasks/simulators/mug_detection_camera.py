@@ -2,9 +2,12 @@
 
 import math
 from collections import Counter
+from collections.abc import Mapping
+from typing import ClassVar
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
+from runtime.task import SharedOption
 from support.log_limit import ReportLimit
 from support.pose import DOWN, Pose
 from tasks.pose_history import PoseHistory
@@ -55,7 +58,7 @@ class MUGDetectionCamera(Task):
     (see original_mug_camera). The source assumes an altitude of 10 m and adds the same error to each detection.
     """
 
-    reads = SECTIONS
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
 
     fidelity: str = param(
         "Physical", "", "Physically right, or like the original.", choices=("Physical", "Original", "Original Code")
@@ -123,21 +126,25 @@ class MUGDetectionCamera(Task):
     def configure(self) -> None:
         self.errors = self.error_model
         if self.errors == "Default":
-            self.errors = "Frozen" if self.fidelity == "Original Code" else "Uniform"
+            self.errors: str = "Frozen" if self.fidelity == "Original Code" else "Uniform"
         angles = self.horizontal_field_of_view, self.vertical_field_of_view
         blind = [angle for angle in angles if not 0.0 < angle < 180.0]
-        self.blindness = f"a field of view of {blind[0]:g}° sees nothing" if blind else ""
+        self.blindness: str = f"a field of view of {blind[0]:g}° sees nothing" if blind else ""
         fields = [math.radians(min(max(angle, SMALLEST_FIELD), 180.0 - SMALLEST_FIELD)) for angle in angles]
-        self.camera = FieldOfViewCamera(self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1])
+        self.camera: FieldOfViewCamera = FieldOfViewCamera(
+            self.horizontal_resolution, self.vertical_resolution, fields[0], fields[1]
+        )
         self._error = DetectionErrorModel(self.errors, self.camera, is_physical=self.fidelity == "Physical")
         if len(self.mount_orientation) not in (0, 3):
             raise ParameterError("Mount Orientation", "must be roll, pitch and yaw, or nothing")
         roll, pitch, yaw = map(math.radians, self.mount_orientation or (0.0, 0.0, 0.0))
-        self.mounts = (
+        self.mounts: tuple[Floats, Floats] = (
             self._mount(roll, pitch, yaw),
             self._mount(*((roll, pitch, yaw) if self.mount_orientation else UP)),
         )
-        self.probability = DetectionProbability(self.detection_probability, self.visibility, self.least_pixels)
+        self.probability: DetectionProbability = DetectionProbability(
+            self.detection_probability, self.visibility, self.least_pixels
+        )
         adopt_world_options(self, "MUGs", "Target Plane", "Target Depth")
         world_of(self)
 
@@ -151,7 +158,7 @@ class MUGDetectionCamera(Task):
     def start(self) -> None:
         self.skipped: Counter[str] = Counter()
         self._truth, self._chart = TrueState(world_of(self).origin), WorldFrame(world_of(self).origin)
-        self.pose_history = PoseHistory(world_of(self).origin)
+        self.pose_history: PoseHistory = PoseHistory(world_of(self).origin)
         (self._chance,) = self.random.spawn(1)  # so that errors are the same with and without misses and false alarms
         self._false_alarms = 0
         self._seen_something = False

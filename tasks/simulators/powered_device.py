@@ -20,7 +20,8 @@ class PoweredDeviceTask(Task):
     def on_voltage(self, voltage: imc.Voltage) -> None:
         if self.vehicle.entities.label(self.system, voltage.src_ent) != self.batteries:
             return
-        before, self.has_power = self.has_power, voltage.value > 0.0
+        before = self.has_power
+        self.has_power: bool = voltage.value > 0.0
         if before and not self.has_power:
             self.log.error("no power: the battery is empty")
             self.on_power_loss()

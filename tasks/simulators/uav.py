@@ -51,7 +51,7 @@ class UAV(PoweredDeviceTask):
     )
 
     def start(self) -> None:
-        self.craft = Multirotor(
+        self.craft: Multirotor = Multirotor(
             Airframe(
                 mass=self.mass,
                 thrust=self.maximum_thrust,

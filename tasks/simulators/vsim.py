@@ -1,10 +1,12 @@
 """Simulates the vehicle, moved by its fins, thrusters, water and wind."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import ClassVar
 
 import imc
 from runtime import ParameterError, State, consume, param, periodic
+from runtime.task import SharedOption
 from support.diagnostics import ConfigWarning
 from support.rotations import Vector
 from support.terminal_text import corrected_spelling, printable, quoted
@@ -46,9 +48,9 @@ class VSIM(PoweredDeviceTask):
     of [World]; a vehicle that touches it stops there.
     """
 
-    reads = SECTIONS
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
 
-    transient = ("_seabed", "_sea")
+    transient: ClassVar[tuple[str, ...]] = ("_seabed", "_sea")
 
     execution_frequency: float = param(100.0, "Hz", "Rate of SimulatedState.", minimum=20, maximum=1000, editable=False)
     initial_heading: float = param(0.0, "°", "Heading at the start, true north.", minimum=-360, maximum=360)
@@ -99,7 +101,7 @@ class VSIM(PoweredDeviceTask):
             yield ConfigWarning(others[0], words, "", section)
 
     def start(self) -> None:
-        self.craft = self._craft()
+        self.craft: Boat | UnderwaterVehicle = self._craft()
         self._origin: imc.GpsFix | None = None
         self._start = (0.0, 0.0)
         self._grounding = SeabedContact()

@@ -74,9 +74,9 @@ class Announce(Task):
     ignored_interfaces: list[str] = param([], "", "Names of interfaces that are not used.", editable=False)
 
     def configure(self) -> None:
-        self.place = listen_address(self, self.address)
+        self.place: str = listen_address(self, self.address)
         check_multicast_address(self.multicast_address)
-        self.is_vehicle = imc.SystemType[self.system_type.upper()] in VEHICLE_TYPES
+        self.is_vehicle: bool = imc.SystemType[self.system_type.upper()] in VEHICLE_TYPES
 
     def start(self) -> None:
         self.state: imc.EstimatedState | None = None
@@ -131,7 +131,8 @@ class Announce(Task):
         """Announce to the newcomer that has waited longest, and later to the others."""
         wait = self.answered + BREAK - network_time(self)
         if wait <= 0:
-            self.answered, wait = network_time(self), BREAK
+            self.answered: float = network_time(self)
+            wait = BREAK
             self.announce_to_system(self.unanswered.pop(next(iter(self.unanswered))))
         if self.unanswered:
             schedule_network_timer(self, wait, self.answer_waiting)
@@ -161,8 +162,9 @@ class Announce(Task):
 
     def announce(self) -> None:
         """Send the local announcement on this computer, and the public one to the networks."""
-        self.asked, self.sent = False, network_time(self)
-        self.due = self.sent + max(SHORTEST, self.announcement_periodicity)
+        self.asked: bool = False
+        self.sent: float = network_time(self)
+        self.due: float = self.sent + max(SHORTEST, self.announcement_periodicity)
         offered = list(self.offered.values())
         message = self.build_announce(loopback_services(offered))
         troubles = self.send("", message, announce_targets([LOOPBACK] if self.enable_loopback else [], self.ports))

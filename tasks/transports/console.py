@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection
 from typing import Protocol
 
 import imc
+from imc.console_acl import ConsoleAcl
 from imc.discovery import LOOPBACK, Service, check_address
 from runtime import State, Task, consume, param, periodic
 from runtime.bus import Subscription
@@ -118,7 +119,7 @@ class Console(Task):
             check_address(self.address)
         except ValueError as error:
             raise ParameterError("Address", str(error)) from None
-        self.commanders = listed_consoles(self)
+        self.commanders: ConsoleAcl = listed_consoles(self)
 
     def start(self) -> None:
         self._page: PageServer | None = None
@@ -129,7 +130,8 @@ class Console(Task):
         self._orders: deque[bytes] = deque()
         self._trouble = ""
         self._announce: tuple[imc.Announce, bytes] | None = None
-        self.lost_orders = self.malformed = 0
+        self.lost_orders: int = 0
+        self.malformed: int = 0
         self._open()
 
     def stop(self) -> None:

@@ -79,7 +79,7 @@ class Discovery(Task):
     )
 
     def configure(self) -> None:
-        self.place = listen_address(self, self.address)
+        self.place: str = listen_address(self, self.address)
         check_multicast_address(self.multicast_address)
 
     def start(self) -> None:
@@ -88,13 +88,13 @@ class Discovery(Task):
         self.follower: DiscoveryFollower | None = None
         self.port = self.refusals = 0
         self.trouble = ""
-        self.drops = DropCounts()
-        self.recent = DuplicateFilter(REMEMBERED)
-        self.remote_senders = TokenBuckets(RATE, RATE, MOST_SENDERS)
-        self.local_senders = TokenBuckets(LOCAL_RATE, LOCAL_RATE, MOST_SENDERS)
+        self.drops: DropCounts = DropCounts()
+        self.recent: DuplicateFilter = DuplicateFilter(REMEMBERED)
+        self.remote_senders: TokenBuckets = TokenBuckets(RATE, RATE, MOST_SENDERS)
+        self.local_senders: TokenBuckets = TokenBuckets(LOCAL_RATE, LOCAL_RATE, MOST_SENDERS)
         # By address: a flood from one does not shut out others.
-        self.new_systems = TokenBuckets(NEW_RATE, NEW_SYSTEMS, MOST_SENDERS)
-        self.new_lines = LogLimit("more new systems are within range")
+        self.new_systems: TokenBuckets = TokenBuckets(NEW_RATE, NEW_SYSTEMS, MOST_SENDERS)
+        self.new_lines: LogLimit = LogLimit("more new systems are within range")
         self.seen: dict[int, list[SystemSighting]] = {}
         self.clashes: dict[str, float] = {}
         self.listen_or_follow()
@@ -139,7 +139,9 @@ class Discovery(Task):
                 continue
             if why:
                 self.log.warning(f"{why}: listens itself, at port {port}")
-            self.port, self.reader, self.trouble = port, DatagramReader(self, sockets, self.on_datagrams), ""
+            self.port: int = port
+            self.reader = DatagramReader(self, sockets, self.on_datagrams)
+            self.trouble: str = ""
             return True
         reason = f"{why}; {reason}" if why else reason
         if reason != self.trouble:
@@ -181,7 +183,8 @@ class Discovery(Task):
                 leader.close()
                 self.follower = None
         elif leader.welcome:
-            self.trouble, self.refusals = "", 0
+            self.trouble = ""
+            self.refusals: int = 0
 
     def on_datagrams(self, datagrams: list[Datagram]) -> None:
         for packet, address, _ in datagrams:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from imc.console_acl import ConsoleAcl
 from imc.discovery import Service
 from runtime import State, Task, param, periodic
 from runtime.profile import listed_consoles
@@ -40,8 +41,8 @@ class FTP(Task):
     allow_deletion: bool = param(False, "", "Let clients remove logs.", editable=False)
 
     def configure(self) -> None:
-        self.place = listen_address(self, self.address)
-        self.commanders = listed_consoles(self)
+        self.place: str = listen_address(self, self.address)
+        self.commanders: ConsoleAcl = listed_consoles(self)
 
     def start(self) -> None:
         self._server: FTPServer | None = None

@@ -46,10 +46,12 @@ class FTPServer:
         may_delete: Callable[[str], bool] = lambda _: True,
         report: Callable[[str], object],
     ):
-        self.folder = folder.resolve()
+        self.folder: Path = folder.resolve()
         self.rights = DELETE if deletes else READ
         self.counts: Counter[str] = Counter()
-        self.in_use, self.may_delete, self.report = in_use, may_delete, report
+        self.in_use: Callable[[Path], bool] = in_use
+        self.may_delete: Callable[[str], bool] = may_delete
+        self.report: Callable[[str], object] = report
         self._stop, self._stopped = socket.socketpair()
         self._loop: Any = import_module("pyftpdlib.ioloop").IOLoop()
         self._listener = listening_socket(address, port, TRIES)

@@ -31,8 +31,8 @@ class LogFolder:
     def __init__(self, root: Path, name: str, number: int, compression: str, files: Mapping[str, bytes]):
         self.path = root / name
         self.made = False
-        self.data = LsfWriter(None, compression)
-        self.text = LsfWriter(None, "none")
+        self.data: LsfWriter = LsfWriter(None, compression)
+        self.text: LsfWriter = LsfWriter(None, "none")
         self._unsynced: list[Path] = []
         self._number = number
         self._files = dict(files)
@@ -71,7 +71,8 @@ class LogFolder:
             self.close_without_flush()
             shutil.rmtree(path, ignore_errors=True)
             raise
-        self.path, self.made = path, True
+        self.path: Path = path
+        self.made: bool = True
         self._unsynced = [*(path / name for name in (*self._files, RUN_FILE, TEXT)), path, *parents]
         self._files.clear()
 

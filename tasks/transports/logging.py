@@ -3,6 +3,7 @@
 import os
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import ClassVar
 
 import imc
 from imc import LoggingControl
@@ -56,7 +57,7 @@ class Logging(Task):
     system_type: str = param("uuv", "", "Kind of system in Announce.", choices=SYSTEM_TYPES)
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
-    transient = ("_logs",)
+    transient: ClassVar[tuple[str, ...]] = ("_logs",)
     lost = ""
     """Missing parts of the log, for people; empty if it is complete."""
 
@@ -330,6 +331,6 @@ class Logging(Task):
             since = f", from {utc_text(self._lost_since)} on" if self._lost else ""
             self.log.warning(f"messages are recorded again; {self._lost} were lost{since}")
             if self._lost:
-                self.lost = f"{self._lost} messages were lost{since}: {self._trouble}"
+                self.lost: str = f"{self._lost} messages were lost{since}: {self._trouble}"
         self._trouble, self._lost, self._full = "", 0, False
         self.set_entity_state(State.NORMAL, f"recording {self._name}")

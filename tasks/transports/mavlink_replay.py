@@ -41,10 +41,16 @@ class LoggedPort:
 
     def __init__(self, imc_id: int, task: GroundLinksTask) -> None:
         self.imc_id = imc_id
-        self.set_parameter, self.age = task.set_parameter, task.age
+        self._task = task
 
     def publish(self, message: imc.Message) -> None:
         pass
+
+    def set_parameter(self, entity: str, name: str, text: str) -> None:
+        self._task.set_parameter(entity, name, text)
+
+    def age(self, time: float) -> float:
+        return self._task.age(time)
 
     def profile_limit(self, option: str) -> float:
         return math.inf

@@ -31,7 +31,7 @@ class Timeline:
 
     def __init__(self, longest_pause: float):
         self.elapsed = 0.0
-        self.steps = 0
+        self.steps: int = 0
         self.origin = math.nan
         self._longest_pause = longest_pause
         self._stray = math.nan
@@ -44,13 +44,13 @@ class Timeline:
         if math.isnan(self.origin):
             self.origin = time
         if -TOLERANCE <= time - self.origin - self.elapsed <= self._longest_pause:
-            self.elapsed = max(self.elapsed, time - self.origin)
+            self.elapsed: float = max(self.elapsed, time - self.origin)
             self._strays = 0
             return self.elapsed
         self._strays = self._strays + 1 if abs(time - self._stray) <= TOLERANCE else 1
         self._stray = time
         if self._strays == ENOUGH:
-            self.origin = time - self.elapsed
+            self.origin: float = time - self.elapsed
             self._strays = 0
             self.steps += 1
         return self.elapsed
@@ -146,10 +146,10 @@ class ReplayedLog:
         self._verdicts: dict[int, str] = {}
         self._same = log.schema == imc.builtin()
         first = next((packet for _, packet in log.packets()), None)
-        self.owner = imc.header(first).src if first is not None else None
+        self.owner: int | None = imc.header(first).src if first is not None else None
         self._led = first is not None and imc.packet_id(first) == imc.LoggingControl.ID
-        self.entities = self._find_entities(entities)
-        self.missing = [label for label, here in entities.items() if here not in self.entities.values()]
+        self.entities: dict[int, int] = self._find_entities(entities)
+        self.missing: list[str] = [label for label, here in entities.items() if here not in self.entities.values()]
         self._translating = bool(entities)
 
     def __iter__(self) -> Iterator[ReplayedPacket]:
@@ -157,7 +157,8 @@ class ReplayedLog:
 
     def packets_from(self, begin: LogTime | None = None) -> Iterator[ReplayedPacket]:
         """The packets from `begin` on; each call reads the log from the start."""
-        self.timeline = timeline = Timeline(self._longest_pause)
+        self.timeline: Timeline = Timeline(self._longest_pause)
+        timeline = self.timeline
         self.foreign.clear()
         passed = self._passed = dict[tuple[int, ...], ReplayedPacket]()
         owner, led, end = self.owner, self._led, self._end

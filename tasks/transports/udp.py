@@ -51,14 +51,18 @@ class UDP(DatagramLinkTask):
     """
 
     def start(self) -> None:
-        self.drops, self.unsent = DropCounts(), DropCounts()
-        self.taken = self.missed = self.port = 0
-        self.forwarded = DuplicateFilter(REPEATS)  # two vehicles that forward would send a packet for ever
-        self.streams = [task for task in self.vehicle.tasks if isinstance(task, StreamLinkTask)]
+        self.drops: DropCounts = DropCounts()
+        self.unsent: DropCounts = DropCounts()
+        self.taken: int = 0
+        self.missed: int = 0
+        self.port: int = 0
+        # Two vehicles that forward would send a packet for ever.
+        self.forwarded: DuplicateFilter = DuplicateFilter(REPEATS)
+        self.streams: list[StreamLinkTask] = [task for task in self.vehicle.tasks if isinstance(task, StreamLinkTask)]
         self.socket: socket | None = None
         self.reader: DatagramReader | None = None
         self.trouble = ""
-        self.contact_lines = LogLimit("more systems come into contact, or lose it")
+        self.contact_lines: LogLimit = LogLimit("more systems come into contact, or lose it")
         super().start()
         self.open()
 
@@ -93,7 +97,8 @@ class UDP(DatagramLinkTask):
             except OSError as error:
                 trouble = f"cannot listen at {self.place}: {error.strerror}"
                 continue
-            self.trouble, self.port = "", self.socket.getsockname()[1]
+            self.trouble = ""
+            self.port = self.socket.getsockname()[1]
             enable_icmp_errors(self.socket)
             self.reader = DatagramReader(self, [self.socket], self.on_datagrams, self.remove_unreachable_peers)
             service = Service("imc+udp", self.place, self.port)
@@ -104,7 +109,7 @@ class UDP(DatagramLinkTask):
             return
         if trouble != self.trouble:
             self.log.error(trouble)
-        self.trouble = trouble
+        self.trouble: str = trouble
 
     @consume(others=True)
     def on_announce(self, other: imc.Announce) -> None:
@@ -267,7 +272,7 @@ class UDP(DatagramLinkTask):
         elif (missed := self.reader.missed) != self.missed:
             if not self.missed:
                 self.log.warning("packets come faster than they can be read: some are lost")
-            self.missed = missed
+            self.missed: int = missed
         self.drops.merge_inactive(network_time(self))
         self.unsent.merge_inactive(network_time(self))
         moved, lost = (

@@ -2,13 +2,15 @@
 
 import json
 import math
+from collections.abc import Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
+from runtime.task import SharedOption
 from support.backoff import Backoff
 from support.pose import Pose
 from support.rotations import to_body
@@ -59,8 +61,8 @@ class AirSim(ImageSaverTask):
     or answers what cannot be used is named in the entity's state and asked again, at least every 5 s.
     """
 
-    reads = SECTIONS
-    transient = (*ImageSaverTask.transient, "_client", "_panorama", "_camera")
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
+    transient: ClassVar[tuple[str, ...]] = (*ImageSaverTask.transient, "_client", "_panorama", "_camera")
 
     host: str = param("127.0.0.1", "", "Name or address of the computer that AirSim runs on.", editable=False)
     port: int = param(41451, "1", "Its TCP port: ApiServerPort.", minimum=1, maximum=65535, editable=False)
@@ -136,8 +138,11 @@ class AirSim(ImageSaverTask):
     def start(self) -> None:
         super().start()
         origin = world_of(self).origin
-        self._truth, self.pose_history, self._began = TrueState(origin), PoseHistory(origin), self.now
-        self.taken = self.dropped = self.failed = 0
+        self._truth, self._began = TrueState(origin), self.now
+        self.pose_history: PoseHistory = PoseHistory(origin)
+        self.taken: int = 0
+        self.dropped: int = 0
+        self.failed: int = 0
         self._trouble = ""
         self._connect()
         self.set_entity_state(State.BOOT, f"connecting to {self._client.exchange.name}")

@@ -63,7 +63,7 @@ class Device(ExternalCameraTask):
         picture, feed.newest = feed.newest, None
         if feed is not self._feed or feed.closed or picture is None:
             return
-        self.dropped += feed.passed
+        self.count_lost(dropped=feed.passed)
         feed.passed = 0
         if self._trouble:
             self.log.info(f"{self.address} sends again")
@@ -77,7 +77,7 @@ class Device(ExternalCameraTask):
     def _lose(self, feed: "_FrameReader", why: str) -> None:
         if feed is not self._feed or feed.closed:
             return
-        self.failed += 1
+        self.count_lost(failed=1)
         named = f"{self.address}: {why}"
         if why != self._trouble:
             self._trouble = why

@@ -6,12 +6,13 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
+from runtime.task import SharedOption
 from tasks.pose_history import DURATION, PoseEstimate, PoseHistory
 from tasks.simulated_world import world_of
 from tasks.vision.detection_function import DetectionFunction, find_marks, load_detection_function
@@ -66,8 +67,8 @@ class MUGDetector(Task):
     comes while the one before is still looked at is dropped and counted.
     """
 
-    reads = SECTIONS
-    transient = ("_find",)
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
+    transient: ClassVar[tuple[str, ...]] = ("_find",)
 
     camera: str = param("", "", "Label of the camera's entity; empty for all cameras.")
     detector: str = param(
@@ -116,9 +117,9 @@ class MUGDetector(Task):
     latency: float = param(0.05, "s", "Time of detection on a virtual clock.", minimum=0, maximum=60)
 
     def configure(self) -> None:
-        self.accuracy = accuracy_from_parameters({name: getattr(self, name) for name in ERRORS})
+        self.accuracy: DetectionAccuracy = accuracy_from_parameters({name: getattr(self, name) for name in ERRORS})
         speed = self.target_speed
-        self.tracker_settings = TrackerSettings(
+        self.tracker_settings: TrackerSettings = TrackerSettings(
             WALKS, speed, STEADY * speed, memory=self.memory, least_separation=self.target_length
         )
         self._find = self._finder()
@@ -129,10 +130,11 @@ class MUGDetector(Task):
         world_of(self)
 
     def start(self) -> None:
-        self.tracker = Tracker(self.accuracy, self.tracker_settings)
-        self.pose_history = PoseHistory(world_of(self).origin, DURATION + self.latency)
+        self.tracker: Tracker = Tracker(self.accuracy, self.tracker_settings)
+        self.pose_history: PoseHistory = PoseHistory(world_of(self).origin, DURATION + self.latency)
         self.skipped: Counter[str] = Counter()
-        self.searched = self.dropped = 0
+        self.searched: int = 0
+        self.dropped: int = 0
         self._asked = -math.inf
         self._busy = False
         self._held = list[tuple[FrameModel, list[ImageDetection]]]()

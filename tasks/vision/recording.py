@@ -2,6 +2,7 @@
 
 import importlib.util
 from functools import partial
+from typing import ClassVar
 
 from runtime import ParameterError, State, param
 from tasks.vision.cameras.external_camera import ExternalCameraTask
@@ -20,7 +21,7 @@ class Recording(ExternalCameraTask):
     that is missing or broken is named, counted and left out.
     """
 
-    transient = (*ExternalCameraTask.transient, "_reel")
+    transient: ClassVar[tuple[str, ...]] = (*ExternalCameraTask.transient, "_reel")
 
     source: str = param(
         "", "", "The folder or video; a relative path counts from the profile, or the working folder.", editable=False
@@ -79,7 +80,7 @@ class Recording(ExternalCameraTask):
         problems, self._reel.problems = self._reel.problems, []
         for problem in problems[:MOST_REPORTED]:
             self.log.warning(problem)
-        self.failed += len(problems)
+        self.count_lost(failed=len(problems))
         if item is None:
             self.share_held()
             counts = f"{self.taken} frames, {self.dropped} dropped, {self.failed} failed"
@@ -97,12 +98,12 @@ class Recording(ExternalCameraTask):
         time = item.time if self.times == AS_RECORDED else self._began + (item.time - self._first)
         self._number = item.number + 1
         if item.image is None:
-            self.failed += 1
+            self.count_lost(failed=1)
             if self.failed <= MOST_REPORTED:
                 self.log.warning(f"left out: {item.error}")
             self.after(max(0.0, time - self.now), self._fetch)
         elif not self.vehicle.has_virtual_time and self.now - time - self.latency > LATE:
-            self.dropped += 1
+            self.count_lost(dropped=1)
             self._fetch()
         else:
             show = partial(self._show, time, item.image, item.time)

@@ -1,6 +1,7 @@
 """Controls heading and speed of a boat with two motors side by side."""
 
 import math
+from typing import ClassVar
 
 import imc
 from autonomy.control import allocate_thrust, forces_to_actuations
@@ -17,7 +18,7 @@ class HeadingAndSpeed(HeadingTask, SpeedTask):
     subtracted on one side and added on the other, so it turns the boat equally at any speed.
     """
 
-    controlled = Loops.YAW | Loops.YAW_RATE | Loops.SPEED
+    controlled: ClassVar[int] = Loops.YAW | Loops.YAW_RATE | Loops.SPEED
 
     highest_difference: float = param(
         0.4,

@@ -35,6 +35,7 @@ from mavlink.autopilot import (
 )
 from mavlink.translate import ENTITIES
 from runtime import ParameterError, State, consume, expect, periodic
+from runtime.devices import Device
 from runtime.vehicle import general_number
 from tasks.control.autopilot.autopilot_connection_url import open_device, parse_address
 from tasks.control.autopilot.autopilot_parameters import AutopilotTask
@@ -78,8 +79,8 @@ class MAVLink(AutopilotTask):
         self._heartbeat = HeartbeatWatch()
         self._wind: imc.EstimatedStreamVelocity | None = None
         self._progress = LegProgress()
-        self.device = open_device(self, self._where, self.receive)
-        self.connection = AutopilotConnection(
+        self.device: Device = open_device(self, self._where, self.receive)
+        self.connection: AutopilotConnection = AutopilotConnection(
             dialect,
             self.device,
             self.log.warning,
@@ -90,7 +91,7 @@ class MAVLink(AutopilotTask):
         )
         missions = MissionClient(self.connection.send)
         self._mission_map = MissionMap(missions, uploads=self.uploads)
-        self.controller = ModeController(
+        self.controller: ModeController = ModeController(
             self._send_command,
             self.connection.send,
             self.log.warning,

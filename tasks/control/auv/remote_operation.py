@@ -1,6 +1,7 @@
 """Lets an operator steer an underwater vehicle."""
 
 import math
+from typing import ClassVar
 
 import imc
 from autonomy.control import AXES, RemoteActionsReader
@@ -15,8 +16,8 @@ class RemoteOperation(RemoteActionsTask):
     vehicle holds its depth. Everything goes to neutral if the operator falls silent or EstimatedState is missing.
     """
 
-    axes = AXES
-    loops = Loops.SPEED | Loops.YAW_RATE | Loops.PITCH
+    axes: ClassVar[tuple[str, ...]] = AXES
+    loops: ClassVar[int] = Loops.SPEED | Loops.YAW_RATE | Loops.PITCH
 
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 

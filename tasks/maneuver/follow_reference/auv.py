@@ -1,5 +1,7 @@
 """Follows references that another system sends."""
 
+from typing import ClassVar
+
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY, UNKNOWN_SYSTEM
 from runtime import param
@@ -20,9 +22,9 @@ class AUV(Maneuver):
     A speed of 0 stops the vehicle. The flag MANDONE ends the maneuver; no Reference for the timeout is an error.
     """
 
-    subscribed = (imc.PathControlState, imc.EstimatedState)
-    subscribed_from_others = (imc.Reference,)
-    loops = 0
+    subscribed: ClassVar[tuple[type[imc.Message], ...]] = (imc.PathControlState, imc.EstimatedState)
+    subscribed_from_others: ClassVar[tuple[type[imc.Message], ...]] = (imc.Reference,)
+    loops: ClassVar[int | None] = 0
 
     default_speed: float = param(1.2, "-", "Speed if a reference has none.", minimum=0)
     default_speed_units: str = param("m/s", "", "Unit of the default speed.", choices=tuple(SPEEDS))

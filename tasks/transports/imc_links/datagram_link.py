@@ -1,6 +1,7 @@
 """The options of IMC over UDP, and what they make: who may send, who is sent what, and how far it reaches."""
 
 from imc.console_acl import listed_systems
+from imc.discovery import Endpoint
 from imc.schema import message_named
 from runtime import param
 from runtime.profile import split_list
@@ -66,20 +67,20 @@ class DatagramLinkTask(ImcLinkTask):
 
     def configure_peers(self) -> None:
         id_of = self.vehicle.systems.id
-        self.place = listen_address(self, self.address)
-        self.static = reraise_as_parameter_error(
+        self.place: str = listen_address(self, self.address)
+        self.static: list[Endpoint] = reraise_as_parameter_error(
             "Static Destinations", lambda: [parse_endpoint(item) for item in self.static_destinations]
         )
         if not hasattr(self, "peers"):  # they stay if parameters change, or the task is restarted
-            self.peers = PeerTable(silence=lambda since, _: network_silence(self, since))
-            self.positions = RadioRange()
-            self.vehicles = VehiclePeers(self.system)
+            self.peers: PeerTable = PeerTable(silence=lambda since, _: network_silence(self, since))
+            self.positions: RadioRange = RadioRange()
+            self.vehicles: VehiclePeers = VehiclePeers(self.system)
         self.peers.timeout, self.peers.rate = self.contact_timeout, self.maximum_rate
         self.peers.kept = self.commanders.listed
         self.peers.called = self.vehicles.called = reraise_as_parameter_error(
             "Call Systems", lambda: listed_systems(self.call_systems, id_of)
         )
-        self.gate = DatagramFilter(
+        self.gate: DatagramFilter = DatagramFilter(
             self.system,
             self.peers,
             self.commanders,
@@ -94,7 +95,7 @@ class DatagramLinkTask(ImcLinkTask):
             always = [schema[name].ID for name in self.always_transmitted_messages if name in schema]
             self.reach = self.positions
             self.reach.set_limits(self.communication_range, self.underwater_communications, always)
-        self.routes = DatagramRoutes(self.messages, self.lists_with_peer_rates(), self.static)
+        self.routes: DatagramRoutes = DatagramRoutes(self.messages, self.lists_with_peer_rates(), self.static)
 
     def lists_with_peer_rates(self) -> dict[int, MessageList]:
         """The lists of the systems that `Peer Rates` names. Raises ParameterError."""

@@ -32,7 +32,9 @@ class DatagramRoutes:
     """
 
     def __init__(self, common: MessageList, lists: Mapping[int, MessageList], static: Iterable[Endpoint]):
-        self.common, self.lists, self.static = common, lists, list(static)
+        self.common: MessageList = common
+        self.lists: Mapping[int, MessageList] = lists
+        self.static: list[Endpoint] = list(static)
         self._groups: list[tuple[MessageList, list[tuple[int, Endpoint]]]] = []
 
     def __bool__(self) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 import imc
-from imc.console_acl import GENERAL, OrderRefusals
+from imc.console_acl import GENERAL, ConsoleAcl, OrderRefusals
 from imc.schema import message_named
 from runtime import Task, param
 from runtime.bus import Subscription
@@ -75,10 +75,10 @@ class ImcLinkTask(Task):
     )
 
     def configure(self) -> None:
-        self.commanders = listed_consoles(self, self.consoles)
+        self.commanders: ConsoleAcl = listed_consoles(self, self.consoles)
         place = f"[{self.name}] Consoles" if any(map(str.strip, self.consoles)) else GENERAL
-        self.refusals = OrderRefusals(self.vehicle.name, self.system, place)
-        self.messages = self.message_list(self.transports, self.rate_limiters)
+        self.refusals: OrderRefusals = OrderRefusals(self.vehicle.name, self.system, place)
+        self.messages: MessageList = self.message_list(self.transports, self.rate_limiters)
         self.configure_peers()
         if getattr(self, "subscriptions", None) is not None:
             self.set_subscriptions_enabled(False)

@@ -71,8 +71,8 @@ class MessageList:
         labels = dict(parse_entities(item) for item in entities if item.strip())
         made = (parse_custom(item) for item in custom if item.strip())
         further: dict[str, Custom] = {kind.message: kind(words, label) for kind, words in made}
-        self.unknown = sorted(name for name in {*wanted, *periods, *labels} if name not in schema)
-        self.types = tuple(schema[name] for name in wanted if name in schema)
+        self.unknown: list[str] = sorted(name for name in {*wanted, *periods, *labels} if name not in schema)
+        self.types: tuple[type[imc.Message], ...] = tuple(schema[name] for name in wanted if name in schema)
         filters = {
             schema[name]: _Filter(periods.get(name, math.inf), labels.get(name), label, further.get(name))
             for name in {*periods, *labels, *further}

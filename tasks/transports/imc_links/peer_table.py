@@ -98,8 +98,11 @@ class PeerTable:
         rate: float = 2000.0,
         silence: Callable[[float, float], float] = seconds_between,
     ):
-        self.kept, self.called, self._silence = kept, called, silence
-        self.timeout, self.rate = timeout, rate
+        self.kept: Collection[int] = kept
+        self.called: Collection[int] = called
+        self.timeout: float = timeout
+        self.rate: float = rate
+        self._silence = silence
         self.by_id: dict[int, Peer] = {}
         self._gone: list[Peer] = []  # from contact, for others
 

@@ -125,7 +125,8 @@ class DiscoveryFollower:
         except OSError:
             words = b""
         if words:
-            self.welcome, self.silence = True, 0
+            self.welcome: bool = True
+            self.silence: int = 0
             if words[4:]:
                 self._take(words[4:], socket.inet_ntoa(words[:4]))
         else:

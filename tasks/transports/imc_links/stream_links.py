@@ -40,13 +40,16 @@ class PacketStream:
     """One connection: a peer at `address`, called `name` in the log book, which may send `rate` packets per second."""
 
     def __init__(self, opened: socket.socket, address: str, name: str, now: float, rate: float):
-        self.socket, self.address, self.name = opened, address, name
-        self.parser = imc.StreamParser()
-        self.waiting = bytearray()
+        self.socket: socket.socket = opened
+        self.address: str = address
+        self.name: str = name
+        self.parser: imc.StreamParser = imc.StreamParser()
+        self.waiting: bytearray = bytearray()
         self.systems: OrderedDict[int, float] = OrderedDict()  # and when a packet of each came last (s)
-        self.taken, self.commands = 0, False
+        self.taken: int = 0
+        self.commands: bool = False
         self.heard = now  # when it connected, or sent a packet last
-        self.bucket = TokenBucket(rate, rate)
+        self.bucket: TokenBucket = TokenBucket(rate, rate)
         self.bucket.spend(now, rate)  # who connects again and again gets no burst each time
         self.rubbish = self.lost = 0  # bytes outside packets: since the last good one, and reported in all
         self.greeted = False  # whether it was sent the last states, and so is sent all that follows
@@ -107,9 +110,9 @@ class StreamLinkTask(ImcLinkTask):
 
     def start(self) -> None:
         self.streams = []
-        self.drops = DropCounts()
-        self.taken = 0
-        self.forwarded = DuplicateFilter(REPEATS)
+        self.drops: DropCounts = DropCounts()
+        self.taken: int = 0
+        self.forwarded: DuplicateFilter = DuplicateFilter(REPEATS)
         self.flushing: Timer | None = None
         super().start()
 
@@ -120,7 +123,7 @@ class StreamLinkTask(ImcLinkTask):
         self.streams = []
 
     def configure_peers(self) -> None:
-        self.sent_ids = frozenset(kind.ID for kind in self.messages.types)
+        self.sent_ids: frozenset[int] = frozenset(kind.ID for kind in self.messages.types)
         self.streams: list[PacketStream] = getattr(self, "streams", [])  # other links may ask before this task starts
 
     def refresh_subscriptions(self) -> None:

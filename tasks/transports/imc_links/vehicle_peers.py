@@ -15,7 +15,8 @@ class VehiclePeers:
     """
 
     def __init__(self, system: int, called: Collection[int] = ()):
-        self._system, self.called = system, called
+        self._system = system
+        self.called: Collection[int] = called
         self._vehicles: set[int] = set()
         self._announced: set[int] = set()
         self._is_vehicle = True  # until it announces something else

@@ -60,7 +60,7 @@ class Link:
         self.url = url
         self.sessions: dict[Peer, Session] = {}
         self.counts: Counter[str] = Counter()
-        self.dropped = DropCounter[Peer](OTHERS)
+        self.dropped: DropCounter[Peer] = DropCounter[Peer](OTHERS)
         self.trouble = ""
         self.signing: Signing | None = None
         self.is_open = False
@@ -79,7 +79,7 @@ class Link:
         except (ValueError, OSError) as error:
             self.log_failure(error)
             return
-        self.is_open = True
+        self.is_open: bool = True
         if not (self._warned or url.is_local or url.requires_signing):
             self._warned = True
             unsigned = "unsigned frames are accepted here" if url.key else "MAVLink is not signed here"
@@ -107,7 +107,7 @@ class Link:
             reason += " by another vehicle or program; tried again until it is free, or change the port in Links"
         if reason != self.trouble:
             self._host.log.error(reason)
-        self.trouble = reason
+        self.trouble: str = reason
 
     def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int | None:
         """Take a datagram, or what `splitter` has to split; returns the number of good messages.

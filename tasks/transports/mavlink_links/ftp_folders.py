@@ -19,7 +19,7 @@ class DiskFile:
 
     def __init__(self, descriptor: int):
         self._descriptor = descriptor
-        self.size = min(os.fstat(descriptor).st_size, LARGEST_FILE)
+        self.size: int = min(os.fstat(descriptor).st_size, LARGEST_FILE)
 
     def read(self, offset: int, count: int) -> bytes:
         """At most `count` bytes; none at the end. Raises OSError."""

@@ -6,6 +6,7 @@ from contextlib import ExitStack
 from typing import get_args
 
 import imc
+from imc.console_acl import ConsoleAcl
 from imc.discovery import Service
 from mavlink import KINDS, SYSTEMS, ReceivedMessage, parse_link_url
 from mavlink.vehicle import SOON, UNLISTED, LinkTraits, Session, ShownMessages, VehicleEndpoint
@@ -113,7 +114,7 @@ class GroundLinksTask(Task):
     detection_markers: bool = param(False, "", "Show detected objects on maps, as ADSB_VEHICLE, for 60 s.")
 
     def configure(self) -> None:
-        self.commanders = listed_consoles(self)
+        self.commanders: ConsoleAcl = listed_consoles(self)
         if not self.links:
             raise ParameterError("Links", "is empty: add a link, or disable the task")
         for option, texts, parse in (
@@ -143,12 +144,12 @@ class GroundLinksTask(Task):
 
     def start(self) -> None:
         self._resources = ExitStack()
-        self.clock_speed = network_time_scale(self)
-        self.keys = SigningKeys(self)
+        self.clock_speed: float = network_time_scale(self)
+        self.keys: SigningKeys = SigningKeys(self)
         self._resources.callback(self.keys.close)
         self.poll_timer: Timer | None = None
         self.polls_soon = False
-        self.endpoint = self.make_endpoint()
+        self.endpoint: VehicleEndpoint = self.make_endpoint()
         self._resources.callback(self.endpoint.close)
         for kind in {value.kind for value in self.parse_named_values()} - set(get_args(ShownMessages)):
             self.vehicle.bus.subscribe(Subscription(kind, self.show_state, self, others=self.hears_others))
@@ -157,7 +158,7 @@ class GroundLinksTask(Task):
             self.recorder = TelemetryLogs(self.endpoint.dialect, root, self.log.warning, self.is_in_flight)
             self._resources.callback(self.recorder.close)
             self.recorder.set_folder(self.vehicle.log_folder)
-        self.link_set = LinkSet(self.links, self)
+        self.link_set: LinkSet = LinkSet(self.links, self)
         self._resources.callback(self.link_set.close)
         told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.endpoint.model.system}")
         self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
@@ -239,7 +240,7 @@ class GroundLinksTask(Task):
 
     def send_due_messages(self) -> None:
         """Send what is due on all links, and schedule the next call."""
-        self.polls_soon = False
+        self.polls_soon: bool = False
         if self.poll_timer is not None:
             self.poll_timer.cancel()
         self.endpoint.poll(self.now)

@@ -12,7 +12,11 @@ from tasks.transports.mavlink_links.stream_links import StreamLink, TcpListenerL
 from tasks.transports.mavlink_links.udp_links import UdpLink
 
 EXCESS_PERIOD = 10.0  # s
-KINDS = {"tcpin": TcpListenerLink, "tcpout": StreamLink, "serial": StreamLink}
+KINDS: dict[str, type[TcpListenerLink | StreamLink]] = {
+    "tcpin": TcpListenerLink,
+    "tcpout": StreamLink,
+    "serial": StreamLink,
+}
 
 
 class LinkSet:

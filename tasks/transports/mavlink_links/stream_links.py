@@ -29,13 +29,13 @@ class ClientAddress:
     """A TCP connection that a station has made, in the place of an address that can be opened."""
 
     starts_midway = datagrams = False
-    bytes_per_second = 1e6
-    max_read_rate = TcpServerAddress.max_read_rate
+    bytes_per_second: float = 1e6
+    max_read_rate: float = TcpServerAddress.max_read_rate
     unresolved_host = ""
 
     def __init__(self, opened: socket.socket, name: str):
         self.name = name
-        self.connection = TcpConnection(opened, waiting=SYSTEM_ROOM)
+        self.connection: TcpConnection = TcpConnection(opened, waiting=SYSTEM_ROOM)
 
     def open(self, number: str) -> TcpConnection:
         return self.connection
@@ -115,7 +115,7 @@ class StreamConnection:
     def _receive(self, data: bytes) -> None:
         good = self._link.receive(self._peer, data, self._splitter)
         if good is not None:
-            self.rubbish = 0 if good else self.rubbish + len(data)
+            self.rubbish: int = 0 if good else self.rubbish + len(data)
 
     def _flush(self) -> None:
         self._flushing = False
@@ -202,7 +202,8 @@ class TcpListenerLink(Link):
         except OSError:
             made.close()
             raise
-        self._socket, self.trouble = made, ""
+        self._socket = made
+        self.trouble: str = ""
         self._host.watch(made, self._take_connections)
 
     def close(self) -> None:

@@ -93,7 +93,8 @@ class UdpLink(Link):
         except OSError:
             made.close()
             raise
-        self._socket, self.trouble = made, ""
+        self._socket = made
+        self.trouble: str = ""
         self._host.watch(made, self._read)
         if self._called is not None:
             self.open_session(self._called)
@@ -110,7 +111,7 @@ class UdpLink(Link):
                 if self._called is not None:
                     self.end_session(self._called)
                 self._open_at(address)
-                self.is_open = True
+                self.is_open: bool = True
         except OSError as error:
             self._look_due = self._host.now + LOOK_UP_PERIOD * self._host.clock_speed
             if self._socket is None:

@@ -37,7 +37,8 @@ class Client(StreamLinkTask):
 
     def start(self) -> None:
         self.pending: socket.socket | None = None
-        self.backoff, self.trouble = Backoff(FIRST_PAUSE, LONGEST_PAUSE), ""
+        self.backoff: Backoff = Backoff(FIRST_PAUSE, LONGEST_PAUSE)
+        self.trouble = ""
         super().start()
         self.schedule_connection(0.0)
 
@@ -106,6 +107,6 @@ class Client(StreamLinkTask):
         trouble = f"{stream.name} has sent no packet for {SILENCE:g} s" if silent >= SILENCE else ""
         if trouble and trouble != self.trouble:
             self.log.warning(trouble)
-        self.trouble = trouble
+        self.trouble: str = trouble
         text = f"{trouble}; {self.statistics_text()}" if trouble else self.statistics_text()
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, text)

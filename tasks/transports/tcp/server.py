@@ -58,19 +58,20 @@ class Server(StreamLinkTask):
     maximum_connections: int = param(32, "1", "Most connections at a time.", minimum=1, maximum=256, editable=False)
 
     def configure(self) -> None:
-        self.place = listen_address(self, self.address)
+        self.place: str = listen_address(self, self.address)
         called = reraise_as_parameter_error(
             "Call Systems", lambda: listed_systems(self.call_systems, self.vehicle.systems.id)
         )
         if not hasattr(self, "vehicles"):  # they stay if parameters change, or the task is restarted
-            self.vehicles = VehiclePeers(self.system)
+            self.vehicles: VehiclePeers = VehiclePeers(self.system)
         self.vehicles.called = called
         super().configure()
 
     def start(self) -> None:
         self.listener: socket.socket | None = None
-        self.trouble, self.open_port = "", 0
-        self.vehicle_lines = LogLimit("more vehicles connect and get nothing")
+        self.trouble: str = ""
+        self.open_port = 0
+        self.vehicle_lines: LogLimit = LogLimit("more vehicles connect and get nothing")
         super().start()
         self.open()
 
@@ -91,7 +92,8 @@ class Server(StreamLinkTask):
                 self.log.error(trouble)
             self.trouble = trouble
             return
-        self.trouble, self.open_port = "", self.listener.getsockname()[1]
+        self.trouble = ""
+        self.open_port: int = self.listener.getsockname()[1]
         self.watch(self.listener, self.accept)
         service = Service("imc+tcp", self.place, self.open_port)
         announce_listening_service(self, service, self.port, self.commanders.risk, announced=self.announce_service)

@@ -46,7 +46,7 @@ class RpcClient:
     """Calls methods of a server, one at a time. Raises OSError, AirSimError."""
 
     def __init__(self, host: str, port: int, timeout: float):
-        self.exchange = TcpRequester(host, port, timeout)
+        self.exchange: TcpRequester = TcpRequester(host, port, timeout)
         self._count = 0
 
     def call(self, method: str, kind: Any, *parameters: Any) -> Any:

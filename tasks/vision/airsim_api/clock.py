@@ -17,7 +17,7 @@ class AirSimClock:
     """
 
     virtual = True
-    speed = math.inf
+    speed: float = math.inf
 
     def __init__(
         self, start: int, host: str = "127.0.0.1", port: int = 41451, *, step: float = 0.02, timeout: float = 5.0

@@ -1,13 +1,15 @@
 """Common parts of cameras whose pictures come from elsewhere: frames and their metadata."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, State, consume
+from runtime.task import SharedOption
 from support.pose import Pose
 from tasks.pose_history import PoseHistory
 from tasks.simulated_world import world_of
@@ -34,9 +36,9 @@ class _Picture(NamedTuple):
 class ExternalCameraTask(MountedCameraTask):
     """Shares frames that somebody else has taken."""
 
-    reads = SECTIONS
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
 
-    transient = (*MountedCameraTask.transient, "_optics")
+    transient: ClassVar[tuple[str, ...]] = (*MountedCameraTask.transient, "_optics")
 
     def configure(self) -> None:
         super().configure()
@@ -49,10 +51,17 @@ class ExternalCameraTask(MountedCameraTask):
 
     def start(self) -> None:
         super().start()
-        self.taken = self.dropped = self.failed = 0
-        self.pose_history = PoseHistory(world_of(self).origin)
+        self.taken: int = 0
+        self.dropped: int = 0
+        self.failed: int = 0
+        self.pose_history: PoseHistory = PoseHistory(world_of(self).origin)
         self._odd = ""
         self._held = list[_Picture]()
+
+    def count_lost(self, *, dropped: int = 0, failed: int = 0) -> None:
+        """Add to the numbers of frames that came too late, and that could not be read."""
+        self.dropped += dropped
+        self.failed += failed
 
     @consume
     def on_estimated_state(self, state: imc.EstimatedState) -> None:
@@ -83,16 +92,16 @@ class ExternalCameraTask(MountedCameraTask):
 
     def _share(self, time: float, image: NDArray[np.uint8], stamp: float, what: str) -> None:
         height, width, _ = image.shape
-        optics, told = self._optics, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed"
+        optics, counts = self._optics, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed"
         if optics is not None and (optics.width, optics.height) != (width, height):
             odd = f"the calibration is for {optics.width} x {optics.height} px, not {width} x {height} px"
             if odd != self._odd:
                 self._odd = odd
                 self.log.warning(odd)
-            self.set_entity_state(State.FAULT, f"{odd}; {told}")
+            self.set_entity_state(State.FAULT, f"{odd}; {counts}")
             optics = None
         else:
-            self.report_entity_state(f"{what}{told}")
+            self.report_entity_state(f"{what}{counts}")
         mount = optical_to_body_transform(self.mount)
         estimate = self.pose_history.pose_at(time, OLDEST)
         there = NOWHERE if estimate is None else estimate.transform @ mount

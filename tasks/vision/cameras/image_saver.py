@@ -4,7 +4,7 @@ import importlib
 import math
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,7 @@ class ImageSaverTask(Task):
     """A camera that writes pictures to the log: all of them, or those that Events ask for."""
 
     requires = "vision"
-    transient = ("_folder", "_called", "_described")
+    transient: ClassVar[tuple[str, ...]] = ("_folder", "_called", "_described")
 
     save_images: bool = param(
         False,
@@ -87,7 +87,8 @@ class ImageSaverTask(Task):
             importlib.import_module("PIL.PngImagePlugin")
         self._wanted, self._period, self._next = 0.0, 0.0, self.now
         self._folder = self._called = self._log_root
-        self._kept = self._writing = self.lost = 0
+        self._kept = self._writing = 0
+        self.lost: int = 0
         self._unwritten = self._undescribed = self._counts = ""
         self._described: tuple[CameraModel, Pose] | None = None
 

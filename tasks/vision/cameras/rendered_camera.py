@@ -2,13 +2,16 @@
 
 import importlib.util
 from collections import deque
+from collections.abc import Mapping
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
+from runtime.task import SharedOption
 from support.pose import Pose
 from tasks.simulated_world import world_of
 from tasks.vision.cameras.camera_metadata import camera_frame_message
@@ -37,7 +40,7 @@ ESTIMATED = "EstimatedState, since there is no SimulatedState"
 class RenderedCameraTask(ImageSaverTask):
     """Shares frames of the seabed under a diving vehicle, or of the sea under a flying one, and of gliders."""
 
-    reads = SECTIONS
+    reads: ClassVar[Mapping[str, Mapping[str, SharedOption]]] = SECTIONS
 
     frame_rate: float = param(5.0, "Hz", "Images per second.", minimum=0.01, maximum=1000, visibility="user")
     interpolation: str = param(
@@ -77,7 +80,7 @@ class RenderedCameraTask(ImageSaverTask):
     )
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
-    transient = (*ImageSaverTask.transient, "camera", "shutter")
+    transient: ClassVar[tuple[str, ...]] = (*ImageSaverTask.transient, "camera", "shutter")
 
     def camera_model(self) -> CameraModel:
         """The model of the camera. Raises ParameterError."""
@@ -107,7 +110,7 @@ class RenderedCameraTask(ImageSaverTask):
         if self.interpolation == "opencv" and importlib.util.find_spec("cv2") is None:
             raise ParameterError("Interpolation", "opencv needs `pip install opencv-python-headless`")
         optics, world = self.camera_model(), world_of(self)
-        self.camera = SceneCamera(
+        self.camera: SceneCamera = SceneCamera(
             optics,
             *self.face_width_and_count(),
             self.interpolation,
@@ -124,15 +127,16 @@ class RenderedCameraTask(ImageSaverTask):
             seabed=world.seabed,
             walls=world.walls,
         )
-        self.shutter = Shutter(self.camera, self._exposure())
+        self.shutter: Shutter = Shutter(self.camera, self._exposure())
         self._last_row = float(self.shutter.sample_times.max())
 
     def start(self) -> None:
         super().start()
-        self.taken = self.dropped = 0
+        self.taken: int = 0
+        self.dropped: int = 0
         self._busy, self._true, self._odd = False, True, False
         self._open = deque[tuple[float, imc.EstimatedState]]()
-        self.viewpoint = ViewpointTracker(
+        self.viewpoint: ViewpointTracker = ViewpointTracker(
             world_of(self).origin, sea=self.scene == "Sea Surface", duration=self.readout_time + self.exposure_time
         )
         self.set_entity_state(State.BOOT, "waiting for EstimatedState")
@@ -190,7 +194,7 @@ class RenderedCameraTask(ImageSaverTask):
         random = frame_random(self.vehicle.seed, self.entity.label, self.taken)
         self.taken += 1
         self._busy = True
-        self.exposed = time, view
+        self.exposed: tuple[float, VehicleView] = time, view
         given = self.path(self.shutter.sample_times), view.gliders, random, view.boards
         latency = max(0.0, self.latency - (self.now - time))
         self.offload(self.shutter.take_picture, *given, then=deliver, latency=latency)

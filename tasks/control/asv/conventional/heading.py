@@ -1,6 +1,7 @@
 """Controls the heading of a boat with a rudder."""
 
 import math
+from typing import ClassVar
 
 import imc
 from runtime import consume, param
@@ -14,7 +15,7 @@ class Heading(HeadingTask):
     scaled by (reference speed / speed) squared. A positive angle turns to port, as on the fins of a LAUV.
     """
 
-    controlled = Loops.YAW | Loops.YAW_RATE
+    controlled: ClassVar[int] = Loops.YAW | Loops.YAW_RATE
 
     maximum_angle: float = param(
         25.0, "°", "Largest angle of the rudder.", name="Maximum Rudder Angle", minimum=0, maximum=90

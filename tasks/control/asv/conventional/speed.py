@@ -1,5 +1,7 @@
 """Controls the speed of a boat with one motor."""
 
+from typing import ClassVar
+
 import imc
 from tasks.control.asv.boat_control import Loops, SpeedTask
 
@@ -7,7 +9,7 @@ from tasks.control.asv.boat_control import Loops, SpeedTask
 class Speed(SpeedTask):
     """Turns DesiredSpeed into thrust of motor 0, while the loop SPEED is enabled."""
 
-    controlled = Loops.SPEED
+    controlled: ClassVar[int] = Loops.SPEED
 
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         share = self.thrust_fraction(state, mask, dt)
