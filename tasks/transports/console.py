@@ -3,6 +3,7 @@
 import socket
 from collections import deque
 from collections.abc import Callable, Collection
+from functools import partial
 from typing import Protocol
 
 import imc
@@ -12,9 +13,9 @@ from runtime import State, Task, consume, param, periodic
 from runtime.bus import Subscription
 from runtime.profile import listed_consoles
 from runtime.task import ParameterError
-from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
+from support.file_errors import describe_os_error
+from tasks.transports.imc_links.port_search import OpenedServer, listening_socket, start_server
 
-RETRY = 5.0  # s
 PORTS_TRIED = 5
 UNWATCHED = ("EstimatedState", "LogBookEntry")  # kept while nobody looks: tracks and the log book go on
 MOST_EVENTS = 1024  # packets that wait for the page; the oldest are dropped
@@ -128,11 +129,13 @@ class Console(Task):
         self._subscribed: dict[str, Subscription] = {}
         self._is_watched = False
         self._orders: deque[bytes] = deque()
-        self._trouble = ""
         self._announce: tuple[imc.Announce, bytes] | None = None
         self.lost_orders: int = 0
         self.malformed: int = 0
-        self._open()
+        if self.make_page is None:
+            self.set_entity_state(State.NORMAL, "not served: `shoal run` serves the page")
+        else:
+            start_server(self, partial(self._open, self.make_page), self.report)
 
     def stop(self) -> None:
         if self._page is not None:
@@ -153,11 +156,7 @@ class Console(Task):
         counted = "".join(f"; {number} {what}" for what, number in counts.items() if number)
         self.set_entity_state(State.NORMAL, f"port {self._open_port}{counted}")
 
-    def _open(self) -> None:
-        make_page = self.make_page
-        if make_page is None:
-            self.set_entity_state(State.NORMAL, "not served: `shoal run` serves the page")
-            return
+    def _open(self, make_page: PageFactory) -> OpenedServer:
         try:
             listener = listening_socket(self.address, self.port, PORTS_TRIED)
             self._open_port: int = listener.getsockname()[1]
@@ -166,19 +165,10 @@ class Console(Task):
             except Exception:
                 listener.close()
                 raise
-        except (OSError, ValueError) as error:
-            trouble = f"no page: {error.filename}: {error.strerror}" if isinstance(error, OSError) else str(error)
-            if trouble != self._trouble:
-                self._trouble = trouble
-                self.log.error(trouble)
-            self.set_entity_state(State.ERROR, trouble)
-            self.after(RETRY, self._open)
-            return
-        self._trouble = ""
-        self.run_in_thread(self._page.run)
+        except OSError as error:
+            raise ValueError(f"no page: {describe_os_error(error)}") from None
         service = Service("https" if self._page.is_secure else "http", self.address, self._open_port)
-        announce_listening_service(self, service, self.port)
-        self.report()
+        return OpenedServer(self._page.run, service, self.port)
 
     # Called from the page's thread
 

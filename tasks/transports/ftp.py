@@ -8,12 +8,12 @@ from runtime import State, Task, param, periodic
 from runtime.profile import listed_consoles
 from support.log_limit import ReportLimit
 from tasks.transports.ftp_server import FTPServer
-from tasks.transports.imc_links.port_search import announce_listening_service
+from tasks.transports.imc_links.port_search import OpenedServer, start_server
 from tasks.transports.imc_links.sockets import listen_address, listen_address_param
 
-RETRY = 5.0  # s
-TELL_PERIOD = 10.0  # s between two entries about refusals
-LONGEST_TALE = 200  # characters of a client's text in the log book
+REPORT_PERIOD = 10.0  # s between two entries about refusals
+MOST_TEXTS = 3
+LONGEST_TEXT = 200  # characters of a client's text in the log book
 
 
 class FTP(Task):
@@ -46,10 +46,9 @@ class FTP(Task):
 
     def start(self) -> None:
         self._server: FTPServer | None = None
-        self._trouble = ""
-        self._tales: list[str] = []
-        self._told, self._untold = ReportLimit(TELL_PERIOD), 0
-        self._open()
+        self._texts: list[str] = []
+        self._report_limit, self._left_out = ReportLimit(REPORT_PERIOD), 0
+        start_server(self, self._open, self.report)
 
     def stop(self) -> None:
         if self._server is not None:
@@ -67,46 +66,34 @@ class FTP(Task):
         counts = ", ".join(f"{number} {what}" for what, number in sorted(self._server.counts.copy().items()))
         figures = f"port {self.port}: {self._server.sessions} clients" + (f"; files: {counts}" if counts else "")
         self.set_entity_state(State.NORMAL, figures)
-        if self._tales and self._told.is_due(now=self.now):
-            rest = f"; and {self._untold} more" if self._untold else ""
-            self.log.warning("; ".join(self._tales) + rest)
-            self._tales, self._untold = [], 0
+        if self._texts and self._report_limit.is_due(now=self.now):
+            rest = f"; and {self._left_out} more" if self._left_out else ""
+            self.log.warning("; ".join(self._texts) + rest)
+            self._texts, self._left_out = [], 0
 
-    def _open(self) -> None:
+    def _open(self) -> OpenedServer:
         folder = self.vehicle.log_root / self.system_name
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._server = FTPServer(
-                folder,
-                self.place,
-                self.control_port,
-                deletes=self.allow_deletion,
-                timeout=self.session_timeout,
-                in_use=self._in_use,
-                may_delete=self.commanders.allows_address,
-                report=lambda text: self.vehicle.kernel.post(self._note, text),
-            )
-        except OSError as error:
-            trouble = f"{error.filename}: {error.strerror}"
-            if trouble != self._trouble:
-                self._trouble = trouble
-                self.log.error(trouble)
-            self.set_entity_state(State.ERROR, trouble)
-            self.after(RETRY, self._open)
-            return
-        self._trouble = ""
-        self.run_in_thread(self._server.run)
-        service = Service("ftp", self.place, self.port)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._server = FTPServer(
+            folder,
+            self.place,
+            self.control_port,
+            deletes=self.allow_deletion,
+            timeout=self.session_timeout,
+            in_use=self._in_use,
+            may_delete=self.commanders.allows_address,
+            report=lambda text: self.vehicle.kernel.post(self._note, text),
+        )
         may = "read and remove" if self.allow_deletion and self.commanders.is_open else "read"
-        announce_listening_service(self, service, self.control_port, f"anyone who reaches it can {may} the logs")
-        self.report()
+        risk = f"anyone who reaches it can {may} the logs"
+        return OpenedServer(self._server.run, Service("ftp", self.place, self.port), self.control_port, risk)
 
     def _note(self, text: str) -> None:
         """Keep a few texts about what clients did, for the log book."""
-        if len(self._tales) < 3:
-            self._tales.append(text[:LONGEST_TALE])
+        if len(self._texts) < MOST_TEXTS:
+            self._texts.append(text[:LONGEST_TEXT])
         else:
-            self._untold += 1
+            self._left_out += 1
 
     def _in_use(self, path: Path) -> bool:
         """Whether a path is, contains, or is part of the log that is being written; called from the server's thread."""

@@ -1,12 +1,29 @@
-"""Ports of tasks that listen on the network: the first that is free, and the report of it."""
+"""Ports of tasks that listen on the network: the first that is free, the report of it, and the retry without one."""
 
 import socket
+from collections.abc import Callable
+from typing import NamedTuple
 
 import imc
 from imc.discovery import Service
-from runtime import Task
+from runtime import State, Task
 from runtime.network_interfaces import is_loopback_address
+from support.file_errors import describe_os_error
 from tasks.transports.imc_links.own_announce import EXTERNAL, LOCAL
+
+RETRY = 5.0  # s
+
+
+class OpenedServer(NamedTuple):
+    """A server that listens: its loop for a thread of its own, its service, and the configured port.
+
+    `risk` is what anybody who reaches the address may do, if it is open.
+    """
+
+    run: Callable[[], object]
+    service: Service
+    wanted_port: int
+    risk: str = ""
 
 
 def candidate_ports(first: int, tries: int) -> list[int]:
@@ -29,6 +46,28 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
             if port == 0:
                 raise OSError(error.errno, error.strerror, f"{address}:{first}") from None
     raise AssertionError("port 0 is tried last")
+
+
+def start_server(
+    task: Task, open_server: Callable[[], OpenedServer], started: Callable[[], object], reported: str = ""
+) -> None:
+    """Open a server, run it in a thread of the task and announce it; then call `started`.
+
+    If `open_server` raises OSError, or ValueError with a reason, the entity is in ERROR, the reason is logged unless it
+    is the one that was `reported` last, and it is tried again after 5 s.
+    """
+    try:
+        server = open_server()
+    except (OSError, ValueError) as error:
+        reason = describe_os_error(error) if isinstance(error, OSError) else str(error)
+        if reason != reported:
+            task.log.error(reason)
+        task.set_entity_state(State.ERROR, reason)
+        task.after(RETRY, start_server, task, open_server, started, reason)
+        return
+    task.run_in_thread(server.run)
+    announce_listening_service(task, server.service, server.wanted_port, server.risk)
+    started()
 
 
 def announce_listening_service(

@@ -88,18 +88,21 @@ def test_without_a_program_that_serves_it_there_is_no_page(run):
 
 
 def test_a_page_that_must_not_be_served_is_told_once_and_tried_again(run, monkeypatch):
-    monkeypatch.setattr("tasks.transports.console.RETRY", 0.05)
+    monkeypatch.setattr("tasks.transports.imc_links.port_search.RETRY", 0.05)
     sockets = []
+    has_user = threading.Event()
 
-    def refuse(task, listener):
+    def make_page(task, listener):
+        if has_user.is_set():
+            return Server(task, listener)
         sockets.append(listener)
         raise ValueError("make a user first")
 
-    task = run(make_page=refuse, Port=0)
+    task = run(make_page=make_page, Port=0)
     until(lambda: len(sockets) > 3)
     assert {each.fileno() for each in sockets[:3]} == {-1}
     assert (task.texts, task.entity.state) == (["make a user first"], State.ERROR)
-    task.make_page = Server
+    has_user.set()
     until(lambda: task.entity.state is State.NORMAL)
 
 
