@@ -100,7 +100,7 @@ class OrderRefusals:
         return imc.encode_with_header(entry, now, self._system, 0, source, imc.header(packet).src_ent)
 
     def reason(self, packet: bytes, source: int) -> str:
-        """Why an order is not obeyed, for people."""
+        """Reason why an order is not obeyed, for people."""
         return f"{message_type_name(imc.packet_id(packet))} of 0x{source:04X} rejected: not in {self._place}"
 
 

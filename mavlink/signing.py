@@ -106,7 +106,7 @@ class Signing:
         return sign
 
     def reject_reason(self, message: ReceivedMessage) -> str:
-        """Why a message is not accepted: UNSIGNED, FORGED or REPLAYED; empty if it is. Its time is then noted."""
+        """Rejection of a message: UNSIGNED, FORGED or REPLAYED; empty if it is accepted. Its time is then noted."""
         signature = message.signature
         if not signature:
             return "" if message.name in OPEN else UNSIGNED

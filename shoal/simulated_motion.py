@@ -41,7 +41,7 @@ etc/uav/simulator.ini of LSTS/dune, from 2013 (wind "Stream Speed North") to tod
 
 
 def motion_problem(made: Build, profile: Profile) -> Problem | None:
-    """Why the vehicle would stand still or be another one; None if it is not so.
+    """Reason why the vehicle would stand still or be another one; None if it is not so.
 
     Only a vehicle that flies plans is meant. Tasks of the user's own may simulate it, so nothing is reported where one
     runs.
@@ -71,7 +71,7 @@ def fixed_wing_problem(profile: Profile, sections: Iterable[str]) -> Problem | N
 
 
 def motion_warning(made: Build, profile: Profile, selected: Collection[str]) -> str:
-    """That a vehicle in mode Simulation has no simulator of its motion, which may run elsewhere; empty if it has."""
+    """Warning that a vehicle in mode Simulation has no simulator of its motion, which may run elsewhere; else empty."""
     leads = any(task.name.startswith(AUTOPILOT) for task in made.vehicle.tasks)  # which is simulated elsewhere
     if MODE not in selected or leads or made.vehicle.bus.has_transports or not _stands(made):
         return ""

@@ -26,7 +26,7 @@ class Pose(NamedTuple):
 
     @classmethod
     def from_transform(cls, transform: Floats) -> "Pose":
-        """That of a frame from which a matrix (4, 4) leads to the outer one."""
+        """Pose of a frame from which a matrix (4, 4) leads to the outer one."""
         (a, b, c), (d, e, f), (g, h, i) = transform[:3, :3].tolist()
         x, y, z = transform[:3, 3].tolist()
         return cls(x, y, z, *euler_angles(((a, b, c), (d, e, f), (g, h, i))))

@@ -221,7 +221,7 @@ class TrueState:
 
     @property
     def latest_time(self) -> float:
-        """When the newest state was true (s since 1970); -infinity without any."""
+        """Time at which the newest state was true (s since 1970); -infinity without any."""
         return self._states[-1][0].time if self._states else -math.inf
 
     def pose_at(self, time: float, oldest: float) -> WorldPose | None:

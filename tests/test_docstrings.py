@@ -8,7 +8,10 @@ import pytest
 
 REPOSITORY = Path(__file__).parents[1]
 PACKAGES = ("autonomy", "bench", "imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
-HEADLESS = ("What", "Whatever", "Who", "Whom", "Whose", "Where", "How", "Which")
+HEADLESS = (
+    *("What", "Whatever", "Who", "Whom", "Whose", "Where", "How", "Which", "When", "Why"),
+    *("By", "Of", "That", "Those", "Says", "Tells"),
+)
 
 
 def _docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -1,4 +1,4 @@
-"""Why a multirotor lands without an order: its battery is low, or nothing leads it any more."""
+"""Reason why a multirotor lands without an order: its battery is low, or nothing leads it any more."""
 
 import math
 

@@ -35,7 +35,7 @@ class MeasuredDepth:
 
     @property
     def jumped_up(self) -> float:
-        """By how much the depth has become less at once (m)."""
+        """The sudden decrease of depth (m)."""
         return -self.jumped if self.jumped < -DEPTH_JUMP else 0.0
 
     def update(self, now: float, depth: float, deepest: float) -> None:

@@ -16,7 +16,7 @@ NOWHERE = Line((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 @dataclass(frozen=True)
 class MultirotorGuidanceGains:
-    """When a path is done, and how a landing ends."""
+    """Conditions at which a path is done and a landing ends."""
 
     near_radius: float  # m from the end, where a path is done
     takeoff_tolerance: float  # m from its height, where a takeoff is done

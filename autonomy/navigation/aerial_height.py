@@ -112,7 +112,7 @@ class AerialHeight:
             self._offset += OFFSET_SHARE * (above - self._offset)
 
     def fault(self, now: float) -> str:
-        """Why the height is not trusted; empty if it is."""
+        """Reason why the height is not trusted; empty if it is."""
         if now - self._corrected > UNCORRECTED:
             return ALONE
         return APART if self._apart >= HEIGHTS and now - self.pressed <= self.timeout else ""

@@ -30,5 +30,5 @@ class BarometricHeight:
         return True
 
     def missing_reason(self, *, jumps: bool) -> str:
-        """Why there are no heights, for people."""
+        """Reason for missing heights, for people."""
         return missing_reason(stuck=self._repetitions.stuck, jumps=jumps or self._roughness.noisy)

@@ -47,7 +47,7 @@ class JumpGate:
 
 
 def missing_reason(*, stuck: bool, jumps: bool, impossible: bool = False) -> str:
-    """Why there is no measurement, for people; an `impossible` one is mostly in degrees."""
+    """Reason why there is no measurement, for people; an `impossible` one is mostly in degrees."""
     return "is impossible in radians" if impossible else "is stuck" if stuck else "jumps" if jumps else "is missing"
 
 

@@ -168,7 +168,7 @@ class SensorChecks:
             self._fix_time = now
 
     def fault(self, now: float) -> str:
-        """Why the vehicle must come up; empty if it need not."""
+        """Reason why the vehicle must come up; empty if it need not."""
         inputs, settings, began = self._inputs, self._inputs.settings, self._began
         if now - max(self.attitude_time, began) > settings.euler_timeout:
             stuck, impossible = inputs.attitude_noise.stuck, inputs.attitude_range.rejects(now)

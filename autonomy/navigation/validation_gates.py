@@ -44,7 +44,7 @@ class FixGate:
         self._counts_satellites = False
 
     def reject_reason(self, fix: imc.GpsFix) -> Reason | None:
-        """Why a fix is rejected; None if it is accepted."""
+        """Reason why a fix is rejected; None if it is accepted."""
         numbers = fix.lat, fix.lon, fix.height, fix.hacc, fix.hdop
         if not fix.validity & Valid.VALID_POS or not all(map(math.isfinite, numbers)):
             return Reason.LOST_VAL_BIT
@@ -75,7 +75,7 @@ class VelocityGate:
         self._last = (-math.inf, 0.0, 0.0)
 
     def reject_reason(self, time: float, x: float, y: float) -> tuple[DvlReason, float] | None:
-        """Why a velocity (m/s) is rejected, and the number that is too large; None if it is accepted."""
+        """Reason why a velocity (m/s) is rejected, and the number that is too large; None if it is accepted."""
         then, before_x, before_y = self._last
         if time - then <= self.window:
             for reason, change, limit in (

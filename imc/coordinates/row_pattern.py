@@ -46,7 +46,7 @@ def iterate_row_corners(
     square: bool,
     right: bool,
 ) -> Iterator[tuple[float, float]]:
-    """Those of `row_corners`, one by one; `step` is asked for its length (m) before each step to the next row."""
+    """Corners of `row_corners`, one by one; `step` is called for its length (m) before each step to the next row."""
     if not min(width, length, step()) >= SHORTEST:
         raise ValueError("width, length and step must be at least 1 mm")
     if width > MOST_ROWS * step() * abs(cos(cross_angle)):

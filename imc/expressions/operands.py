@@ -143,7 +143,7 @@ def _amount(function: ExpressionFunction) -> str:
 
 
 def _all(operand: Operand) -> tuple[Callable[[LatestMessages], bool], ...]:
-    """Why an operand is not known, also within another one: what may grow there is not known yet."""
+    """Reason why an operand is not known, also within another one: what may grow there is not known yet."""
     return operand.unready if operand.may_grow is None else (*operand.unready, operand.may_grow)
 
 

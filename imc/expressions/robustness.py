@@ -1,4 +1,4 @@
-"""By how much tests are met: a test is a function of the latest messages, true if its margin is above 0."""
+"""Margins of tests: a test is a function of the latest messages, true if its margin is above 0."""
 
 import math
 import sys
@@ -43,7 +43,7 @@ def displayable_margin(margin: float) -> float:
 
 
 def violation_text(margin: float, words: str) -> str:
-    """By how much a test has failed, after some words; or that it had no number to compare."""
+    """Text of the margin by which a test has failed, after some words, or of a value that is no number."""
     if margin == NO_NUMBER:
         return ": a value is no number"
     return f", {words} {-displayable_margin(margin):.6g}" if -math.inf < margin <= 0.0 else ""

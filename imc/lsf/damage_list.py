@@ -28,7 +28,7 @@ class DamageList:
             self._reached = offset + length
 
     def sorted(self) -> list[Loss]:
-        """By offset in the unpacked log; the sum of those beyond MOST is the last."""
+        """Losses by offset in the unpacked log; the sum of those beyond MOST is the last."""
         found = sorted(self._found.values())
         if self._more:
             text = f"{self._more} more damaged places, the last one ends at byte {self._reached}"

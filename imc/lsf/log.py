@@ -157,7 +157,7 @@ class Log:
         return rows if conditions.matches_all else rows[conditions.row_mask(rows)]
 
     def arrays(self, *kinds: Kind) -> "dict[str, NDArray[Any]]":
-        """By name, the `array` of each of the types, or of all in the log; the log is read once."""
+        """The `array` of each of the types, or of all in the log, by name; the log is read once."""
         known = self.schema.types_by_id
 
         def read() -> list[ColumnReader]:

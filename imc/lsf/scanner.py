@@ -105,7 +105,7 @@ def scan(chunks: Iterable[bytes], sync: int, lose: Lose, crc: bool = True) -> It
 
 
 def no_packet_reason(data: bytes, pos: int, sync: int) -> str:
-    """Why no packet begins at `pos`."""
+    """Reason why no packet begins at `pos`."""
     little, big = sync.to_bytes(2, "little"), sync.to_bytes(2, "big")
     begin = data[pos : pos + 2]
     if not (little.startswith(begin) or big.startswith(begin)):

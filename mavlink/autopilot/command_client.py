@@ -57,7 +57,7 @@ class CommandClient:
 
     @property
     def next_deadline(self) -> float:
-        """When `tick` has something to do (s): infinite while nothing waits."""
+        """Time at which `tick` has something to do (s): infinite while nothing waits."""
         if self._current is None:
             return -math.inf if self._waiting else math.inf
         return self._current.due

@@ -77,7 +77,7 @@ class MissionClient:
 
     @property
     def next_deadline(self) -> float:
-        """When `tick` has something to do (s): infinite while no answer is awaited."""
+        """Time at which `tick` has something to do (s): infinite while no answer is awaited."""
         return self._due if self.busy else math.inf
 
     def upload(self, items: Sequence[Item], now: float) -> None:

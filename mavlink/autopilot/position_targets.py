@@ -1,4 +1,4 @@
-"""When an autopilot is sent a position target: once for a place, and again only if it was lost."""
+"""Times at which an autopilot is sent a position target: once for a place, and again only if it was lost."""
 
 import math
 from typing import NamedTuple

@@ -31,7 +31,7 @@ class TakeoffOrder:
         self._reason = reason
 
     def error(self, now: float, *, flies: bool) -> str:
-        """Why the takeoff does not come about, as far as that is known now; "" if it may."""
+        """Reason why the takeoff fails, as far as that is known now; "" if it may succeed."""
         if not self._reason or flies:
             self._reason = ""
             return ""

@@ -80,7 +80,7 @@ FENCE_COMMANDS = range(MissionCommand.NAV_FENCE_RETURN_POINT, MissionCommand.NAV
 
 
 class MissionError(Exception):
-    """Why an item cannot be accepted; a caller with its number makes a BadItem of it."""
+    """Reason why an item cannot be accepted; a caller with its number makes a BadItem of it."""
 
     def __init__(self, result: MissionResult, reason: str):
         super().__init__(reason)

@@ -50,7 +50,7 @@ class ArmingChecks:
         return self._state() not in (State.BOOT, *ILL)
 
     def prearm_failure(self, vehicle: imc.VehicleState | None) -> str:
-        """Why the vehicle cannot be armed; empty if it can."""
+        """Reason why the vehicle cannot be armed; empty if it can."""
         if self.supervisor_silent:
             return "VehicleState is missing"
         if vehicle is not None and vehicle.op_mode not in WORKING:

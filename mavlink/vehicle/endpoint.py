@@ -282,7 +282,7 @@ class VehicleEndpoint:
 
     @property
     def next_deadline(self) -> float:
-        """When `poll` has something to do, in s since 1970."""
+        """Time at which `poll` has something to do, in s since 1970."""
         deadlines = (service.next_deadline for service in self._services)
         return min([self._poll_due, self._tick_due, *(due for due in deadlines if due is not None)])
 

@@ -33,22 +33,22 @@ class VehicleOptions(Protocol):
 
     @property
     def rates(self) -> Mapping[str, float]:
-        """Of the messages streamed by default, in Hz."""
+        """Rates of the messages streamed by default, in Hz."""
         ...
 
     @property
     def hold_speed(self) -> float:
-        """Back to the position that it holds, in m/s."""
+        """Speed back to the position that it holds, in m/s."""
         ...
 
     @property
     def guided_speed(self) -> float:
-        """Of what ground stations order without a speed, in m/s; 0 for `hold_speed`."""
+        """Speed of orders that name none, in m/s; 0 for `hold_speed`."""
         ...
 
     @property
     def hold_radius(self) -> float:
-        """Of the circle on which an AUV under water holds, in m; 0 for the usual one."""
+        """Radius of the circle on which an AUV under water holds, in m; 0 for the usual one."""
         ...
 
     @property

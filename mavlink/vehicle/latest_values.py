@@ -85,7 +85,7 @@ class LatestValues:
         return {label: message for label, (_, message) in sources.items() if isinstance(message, kind)}
 
     def received_at(self, kind: type[imc.Message]) -> float | None:
-        """When the latest message of a kind has come, in s since 1970."""
+        """Time at which the latest message of a kind has come, in s since 1970."""
         return max((at for at, _ in self._found.get(kind, {}).values()), default=None)
 
     def forget_old(self) -> list[type[imc.Message]]:
@@ -148,7 +148,7 @@ class LatestValues:
 
     @property
     def throttle(self) -> float:
-        """That of the strongest thruster, in %; NaN: unknown."""
+        """Throttle of the strongest thruster, in %; NaN: unknown."""
         thrusters = self.by_entity(imc.SetThrusterActuation).values()
         if (throttle := self.get(imc.Throttle)) is not None:
             return throttle.value

@@ -25,7 +25,7 @@ SAVE_IMAGES = "Save Images"  # the option by which a camera takes pictures
 GUIDED_PLANS = frozenset(("hold", "goto", "return", "land", "takeoff", "orbit", "steered", "follow"))
 """Plans that single orders of ground stations become; they are no missions."""
 ARRIVING_PLANS = frozenset(("goto", "takeoff"))
-"""Those that end at a place, where the vehicle holds."""
+"""Guided plans that end at a place, where the vehicle holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +233,7 @@ class VehicleModel:
 
     @property
     def prearm_failure(self) -> str:
-        """Why the vehicle cannot be armed; empty if it can."""
+        """Reason why the vehicle cannot be armed; empty if it can."""
         return self.health.prearm_failure(self.latest.vehicle)
 
     def state_and_position(self) -> tuple[imc.EstimatedState, positions.GlobalPosition] | None:

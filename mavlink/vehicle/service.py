@@ -27,7 +27,7 @@ class MavlinkService:
 
     @property
     def next_deadline(self) -> float | None:
-        """When `poll` has something to do; None if only after a message."""
+        """Time at which `poll` has something to do; None if only after a message."""
         return None
 
     def forget(self, session: Session) -> None:

@@ -44,13 +44,13 @@ class MessageSource(Protocol):
         ...
 
     def rates(self, low: bool) -> Mapping[str, float]:
-        """Of what is streamed by default, in Hz; `low` on slow links."""
+        """Rates of the messages streamed by default, in Hz; `low` on slow links."""
         ...
 
     def offers(self, name: str) -> bool: ...
 
     def fields(self, name: str, flavor: Flavor, now: float, number: int = 0) -> Sequence[Fields]:
-        """Of all messages with an offered name that can be sent now, or of the one with a number (from 1)."""
+        """Fields of all messages with an offered name that can be sent now, or of the one with a number (from 1)."""
         ...
 
 

@@ -9,7 +9,7 @@ TIMEOUT = 5.0  # s without HEARTBEAT, which stations send each second, after whi
 
 
 class StationsInReach:
-    """When each ground station, by its MAVLink system id, has sent its last HEARTBEAT.
+    """Time of the last HEARTBEAT of each ground station, by its MAVLink system id.
 
     `age(time)` is the time (s) since then in which the program could receive something. A program on board that takes
     part in MAVLink is no station as long as its HEARTBEAT has another type.

@@ -21,7 +21,7 @@ class VehicleLimits:
 
     @property
     def message(self) -> imc.OperationalLimits | None:
-        """Those that were published last."""
+        """Limits that were published last."""
         return self._latest.get(imc.OperationalLimits)
 
     @property

@@ -279,7 +279,7 @@ class Profile:
         self.config.problems[before:] = [replace(p, severity="warning") if p.severity == "error" else p for p in found]
 
     def vehicle_name_problem(self) -> Problem | None:
-        """Why the vehicle's name cannot name folders and files; None if it can."""
+        """Reason why the vehicle's name cannot name folders and files; None if it can."""
         name = self.vehicle
         if name.isprintable() and len(name) <= 100 and name[0] != "." and not any(c in name for c in '/\\:*?"<>'):
             return None

@@ -151,7 +151,7 @@ class Parameter:
         return value
 
     def warnings(self, text: str) -> list[str]:
-        """Why items of `text` have no effect."""
+        """Reasons why items of `text` have no effect."""
         found: list[str] = []
         for word in filter(None, map(str.strip, text.split(",") if self.is_list else [text])):
             try:

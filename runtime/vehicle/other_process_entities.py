@@ -45,7 +45,7 @@ class ProcessMonitor:
         vehicle.kernel.after(STARTING_TIME, self._give_up)
 
     def entities_of_process(self, process: str = "") -> list[Entity]:
-        """Those of one other process, or of all."""
+        """Entities of one other process, or of all."""
         return [e for e in self._vehicle.entities if e.process and process in ("", e.process)]
 
     def update_process_state(self, process: str, runs: bool) -> None:

@@ -127,7 +127,7 @@ def find_task(section: str) -> type[Task] | None:
 
 
 def missing_task_reason(section: str) -> str:
-    """Why `find_task` finds nothing for a section: a spelling mistake, or what is wrong with its module or class."""
+    """Reason why `find_task` finds nothing for a section: a spelling mistake, or an error in its module or class."""
     if near := suggest_task_name(section):
         return f"did you mean [{near}]?"
     module, cls_name = _module_of(section)

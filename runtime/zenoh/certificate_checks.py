@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def certificate_problem(root: Path, certificate: Path, key: Path, *, of_client: bool = False) -> str:
-    """Why those who trust an authority reject a certificate, "" if they accept it: found by a handshake with itself.
+    """Reason why peers that trust an authority reject a certificate, "" if they accept it: found by a handshake.
 
     It is that of a server, to which they connect, or of a client, as mTLS asks for; each needs its extendedKeyUsage.
     """

@@ -39,7 +39,7 @@ class LastValueCache:
         self._speaks_for = speaks_for
 
     def answers(self, asked: "zenoh.KeyExpr") -> dict[str, CachedPacket]:
-        """By key: of each entity where the query names one, else the last of all of them."""
+        """Last values by key: of each entity where the query names one, else the last of all of them."""
         found: dict[str, bytes] = {}
         latest: dict[str, tuple[float, bytes]] = {}
         for publication, packet in self._packets():

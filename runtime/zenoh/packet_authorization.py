@@ -54,7 +54,7 @@ class PacketAuthorizer:
         self._places: dict[str, tuple[str, str]] = {}
 
     def reject_reason(self, key: str, packet: bytes, session: str) -> str:
-        """Why a packet (SMALLEST_PACKET or longer) of a session must not arrive from this key; "" if it may."""
+        """Reason why a packet (SMALLEST_PACKET or longer) of a session must not arrive from this key; "" if it may."""
         name, way = self._places.get(key) or self._place(key)
         kind, source, destination = (LITTLE if packet[0] == LITTLE_ENDIAN else BIG)(packet)
         if (source == self._system or way == HEARD) and not self._is_sibling(session):
@@ -86,7 +86,7 @@ class PacketAuthorizer:
         return True
 
     def _of_another(self, name: str, kind: int, source: int, destination: int) -> str:
-        """Why another system may not publish this in its name."""
+        """Reason why another system may not publish this in its name."""
         ids, is_listed = self._ids().get(name, frozenset[int]()), name in self._listed
         if name == self._name or (ids and source not in ids):
             return f"of 0x{source:04X}, which is not {name}"

@@ -96,7 +96,7 @@ def describe_local_host() -> str:
 
 
 def _address() -> str:
-    """That of the interface which leads elsewhere, else of the first one that is up."""
+    """Address of the interface with a default route, else of the first one that is up."""
     first = (each.address for each in interfaces() if not each.is_loopback)
     return source_address(*ELSEWHERE) or next(first, "")
 

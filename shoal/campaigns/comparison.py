@@ -113,7 +113,7 @@ class CampaignComparison:
         return f"{name} changed by {change.mean:+.4g}{interval}: {limit}"
 
     def explain_missing_interval(self, change: ColumnChange) -> str:
-        """Why a change has none."""
+        """Reason why a change has none."""
         if has_interval(self.rate_a.sampling):
             return f"since {format_noun_count(change.runs, 'pair')} cannot give one"
         return f"since the runs of sampling {self.rate_a.sampling} are not independent"

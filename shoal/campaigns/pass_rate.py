@@ -55,7 +55,7 @@ class PassRate:
 
     @property
     def width(self) -> float:
-        """That of the interval."""
+        """Width of the interval."""
         low, high = self.interval
         return high - low
 
@@ -81,7 +81,7 @@ class PassRate:
 
 @dataclass(frozen=True)
 class StoppingRule:
-    """When a campaign ends: after `max_runs`, or sooner when the interval of the pass rate is at most `target_width`
+    """End of a campaign: after `max_runs`, or sooner when the interval of the pass rate is at most `target_width`
     wide."""
 
     max_runs: int

@@ -93,7 +93,7 @@ def _explain_section(console: Console, profile: Profile, section: str) -> None:
 
 
 def _mavlink_names(profile: Profile, section: str, rows: Iterable[OptionRow]) -> dict[str, str]:
-    """By option, the names that ground stations show; none if the vehicle does not speak MAVLink."""
+    """The names that ground stations show, by option; none if the vehicle does not speak MAVLink."""
     if not any(name.partition("/")[0] == MAVLINK for name in profile.config.sections):
         return {}
     found = profile.config.sections.get(section)

@@ -87,7 +87,7 @@ def _has_strange_files(names: tuple[str, ...], record: Path) -> bool:
 
 
 def _owners(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """Those of these packages that others than Shoal have installed in a folder: the package, and who with version."""
+    """Packages of these that others than Shoal have installed in a folder, with the name and version of the other."""
     from importlib.metadata import distributions  # slow, and rarely needed
 
     for each in distributions(path=[str(folder)]):

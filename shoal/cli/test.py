@@ -128,7 +128,7 @@ def test(
                 tally.rerun_failed_with_logs(pool, log_dir)
         except KeyboardInterrupt:
             tally.stopped = True
-        except click.BadParameter as error:  # what is known of the runs is told all the same
+        except click.BadParameter as error:  # what is known of the runs is written all the same
             click.echo(f"warning: {error.format_message()}", err=True)
     wall = time.time() - began
     tally.print_failures()
@@ -136,11 +136,11 @@ def test(
     if junit_file is not None:
         _write(junit_file, junit_xml(tally.outcomes, tally.not_run, began, wall))
     if json_file is not None:
-        told = [
+        runs = [
             {**outcome_to_dict(outcome), "again": tally.reproduction_command(outcome)} for outcome in tally.outcomes
         ]
         undone = [job.label for job in tally.not_run]
-        _write(json_file, json_text({"runs": told, "undone": undone, "wall": wall}).encode() + b"\n")
+        _write(json_file, json_text({"runs": runs, "undone": undone, "wall": wall}).encode() + b"\n")
     sys.exit(tally.exit_status)
 
 
@@ -227,10 +227,10 @@ class ScenarioRuns:
             "not readable": len(wrong),
             "not run": len(self.not_run),
         }
-        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        summary = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         seconds = math.fsum(outcome.result.seconds for outcome in self.outcomes)
         style = "bold red" if self.failed or self.stopped else "bold green"
-        self._print(f"{told} in {wall:.1f} s; {seconds:.0f} s simulated" + "; stopped" * self.stopped, style)
+        self._print(f"{summary} in {wall:.1f} s; {seconds:.0f} s simulated" + "; stopped" * self.stopped, style)
 
     def _line(self, outcome: ScenarioOutcome) -> None:
         result = outcome.result

@@ -10,7 +10,7 @@ LIST = "Transports"
 
 
 async def unlisted_messages_text(vehicle: AsyncRemoteVehicle, kinds: Sequence[type[imc.Message]]) -> str:
-    """Why none of these types comes and how to change that; empty if the list of the vehicle's link has one of them.
+    """Reason why none of these types comes, and the remedy; empty if the list of the vehicle's link has one of them.
 
     Only a Shoal vehicle is asked, and none over zenoh, which brings all messages.
     """

@@ -130,7 +130,7 @@ def run_on_selection(
 
 
 def no_match_text(network: Network, selection: VehicleSelection) -> str:
-    """That no vehicle matches, and who is there."""
+    """The error that no vehicle matches, with those that are there."""
     there = ", ".join(system.name for system in network.vehicles())
     return f"no vehicle matches {selection}; there are {there}" if there else network.search.no_vehicle_text()
 

@@ -33,7 +33,7 @@ FILES = {
         "youplot", "vendor/uplot.min.css", "df630c6a8d6f8eeaff264b50f73ce5b114f646ffd9a0bb74f049b0a00135fa04"
     ),
 }
-"""By the name under which the page asks for it: Leaflet 1.9.4 and uPlot 1.6.31, as their authors publish them."""
+"""Libraries by the name in the page's requests: Leaflet 1.9.4 and uPlot 1.6.31, as their authors publish them."""
 
 
 def read_browser_files() -> tuple[dict[str, bytes], list[str]]:

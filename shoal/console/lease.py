@@ -88,7 +88,7 @@ class Leases:
         return "you command this vehicle"
 
     def view(self) -> dict[str, dict[str, object]]:
-        """By vehicle: `session` and `user` that command, and `asked`, `by`, `left` (s) if another has asked."""
+        """Leases by vehicle: `session` and `user` that command, and `asked`, `by`, `left` (s) if another has asked."""
         found: dict[str, dict[str, object]] = {}
         for vehicle in list(self._leases):
             lease = self._current(vehicle)

@@ -36,7 +36,7 @@ View = dict[str, Any]
 
 
 class ArrivalTimes:
-    """When positions and states of entities of the vehicles came, by the console's clock (s since 1970).
+    """Times at which positions and states of entities of the vehicles came, by the console's clock (s since 1970).
 
     A vehicle's own clock may be set otherwise, or run at another speed.
     """
@@ -47,14 +47,14 @@ class ArrivalTimes:
         self._positions: dict[str, tuple[imc.EstimatedState, float]] = {}
 
     def position_time(self, system: NetworkSystem, state: imc.EstimatedState) -> float:
-        """When the newest position of a vehicle came."""
+        """Time at which the newest position of a vehicle came."""
         known = self._positions.get(system.name)
         if known is None or known[0] is not state:
             known = self._positions[system.name] = state, self._clock()
         return known[1]
 
     def since(self, system: NetworkSystem, state: imc.EntityState) -> float:
-        """When the entity of a newest state was seen in it first."""
+        """Time at which the entity of a newest state was seen in it first."""
         place = system.name, state.src_ent
         known = self._states.get(place)
         if known is None or known[0] != state.state:

@@ -131,7 +131,7 @@ class Supervisor:
 
     @property
     def never_started(self) -> list[ManagedProcess]:
-        """Those that the system has never been able to start."""
+        """Processes that the system has never been able to start."""
         return [process for process in self.processes if process.failures and not process.starts]
 
     def poll(self) -> list[tuple[ManagedProcess, str]]:

@@ -141,7 +141,7 @@ class NetworkLink(Protocol):
 
 
 def size_warning(ways: Sequence[NetworkLink], size: int) -> str:
-    """Why a packet of so many bytes may not arrive by the first of these ways; empty if it is not for its length."""
+    """Reason why a packet of so many bytes may not arrive by the first of these ways; empty if its length allows it."""
     piece = ways[0].fragment_size if ways else 0
     if not piece or size <= piece:
         return ""

@@ -231,7 +231,7 @@ class Network:
         self._send(system, query, imc.encode(query))
 
     def _search_end(self, name: str, began: float, timeout: float | None) -> float:
-        """When there is no more hope for a system (s of time.monotonic)."""
+        """Time at which a search for a system ends (s of time.monotonic)."""
         if timeout is not None:
             return began + timeout
         known = self.systems.get(name)
@@ -340,7 +340,7 @@ class Network:
         return printable(f"its log book: {texts[-1]}" if texts else guess)
 
     def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> bool:
-        """By the link that was last received from; further attempts take the others, too. Whether there is a way."""
+        """Send by the link that received last; further attempts take the others, too. Whether there is a way."""
         links = self._ways(system)
         if links:
             links[attempt % len(links)].send(system.name, message, packet)

@@ -56,7 +56,7 @@ class ParameterDescription:
     source: str = ""
 
     def refusal(self, text: str) -> str:
-        """Why the vehicle would not take a text; empty if nothing speaks against it."""
+        """Reason why the vehicle would not take a text; empty if nothing speaks against it."""
         kinds = {name: kind for name, kind in ((_type_name(number), kind) for number, kind in _KINDS.items())}
         if self.editable is False:
             return "cannot be changed while the vehicle runs"

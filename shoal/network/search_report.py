@@ -54,7 +54,7 @@ class SearchReport:
         return f"no vehicle is on the network{self._in_brackets(self._troubles)}"
 
     def not_found_text(self, name: str, system: NetworkSystem | None, vehicles: Sequence[NetworkSystem]) -> str:
-        """Why a search for a name has found nothing to talk to; `system` has the name, `vehicles` are there."""
+        """Reason why a search for a name has found nothing to talk to; `system` has the name, `vehicles` are there."""
         if system is not None and system.conflict_text:
             return f"{name}: {system.conflict_text}; end one of them"
         if system is not None and system.is_there:

@@ -112,7 +112,7 @@ class NetworkSystem:
 
     @property
     def conflict_text(self) -> str:
-        """That several vehicles use this name or id; empty if it is one."""
+        """The error that several vehicles use this name or id; empty if it is one."""
         if self.others:
             ids = ", ".join(f"0x{number:04X}" for number in self.ids)
             words = f"several vehicles have this name, with the ids {ids}"

@@ -115,9 +115,9 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
     virtual = about.begin == loaded.start_time
     start = loaded.start_time_ns if virtual else nanoseconds(about.begin)
     instants = TimestampResolver(start, [rate for _, rate in tick_rates(loaded)], virtual=virtual)
-    told = _read_messages(run, instants, about.owner)
-    name = _name(log.schema, told[imc.LoggingControl.ID])
-    taken = {} if virtual else logged_frames(log.schema, told[imc.CameraFrame.ID])
+    packets = _read_messages(run, instants, about.owner)
+    name = _name(log.schema, packets[imc.LoggingControl.ID])
+    taken = {} if virtual else logged_frames(log.schema, packets[imc.CameraFrame.ID])
     rates = tick_rates_by_label(loaded)
     before = len(loaded.file_problems)
     apply_world_file(loaded, world)
@@ -146,9 +146,9 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
                 raise ResimulationError(f"{', '.join(skipped)}: {reason}")
             recorders = [_ExposureRecorder(task) for task in vehicle.tasks if isinstance(task, RenderedCameraTask)]
             for kind in STATE_MESSAGES if cameras else (CHANGE, *STATE_MESSAGES):
-                _LoggedPublisher(vehicle, log.schema, told[kind.ID], last=kind is imc.LoggingControl).schedule_next()
+                _LoggedPublisher(vehicle, log.schema, packets[kind.ID], last=kind is imc.LoggingControl).schedule_next()
             if not virtual:
-                vehicle.start_time = vehicle_start_time(log.schema, told[imc.Announce.ID], about.begin)
+                vehicle.start_time = vehicle_start_time(log.schema, packets[imc.Announce.ID], about.begin)
                 for recorder in recorders:
                     label = recorder.task.entity.label
                     frames = taken.get(about.entity_ids.get(label, -1))
@@ -171,16 +171,16 @@ def find_exposures(log: imc.Log, cameras: Path | None = None, world: Path | None
     shots.sort(key=lambda shot: (shot.time, shot.camera))
     seen = LoggedExposures({each.task.entity.label: each.cameras for each in recorders}, shots, described, notes)
     if cameras is None:
-        _compare(seen, about.entity_ids, logged_optics(log.schema, told[imc.CameraFrame.ID]))
+        _compare(seen, about.entity_ids, logged_optics(log.schema, packets[imc.CameraFrame.ID]))
     return seen
 
 
 def _compare(
-    seen: LoggedExposures, entities: Mapping[str, int], told: Mapping[tuple[int, float], tuple[float, ...]]
+    seen: LoggedExposures, entities: Mapping[str, int], optics_by_frame: Mapping[tuple[int, float], tuple[float, ...]]
 ) -> None:
     """Mark the pictures whose CameraFrame in the log has another lens or size than theirs."""
     for number, shot in enumerate(seen.pictures):
-        optics = told.get((entities.get(shot.camera, -1), shot.time))
+        optics = optics_by_frame.get((entities.get(shot.camera, -1), shot.time))
         if optics is not None and not matches_optics(seen.camera_of(shot).camera.optics, optics):
             seen.pictures[number] = shot._replace(optics_changed=True)
     unlike = Counter(shot.camera for shot in seen.pictures if shot.optics_changed)
@@ -261,7 +261,7 @@ class _LoggedPublisher:
 
 
 def _read_messages(run: LoggedRun, instants: TimestampResolver, owner: int) -> Mapping[int, deque[tuple[int, bytes]]]:
-    """When the messages of STATE_MESSAGES, CHANGE and BESIDE were published (ns), and their packets, by message id."""
+    """Times (ns) of the messages of STATE_MESSAGES, CHANGE and BESIDE, and their packets, by message id."""
     found = {kind.ID: deque[tuple[int, bytes]]() for kind in (*STATE_MESSAGES, CHANGE, *BESIDE)}
     # Few packets are of these: the others, known by two bytes in either order, are not looked at.
     numbers = {number.to_bytes(2, order) for number in found for order in ("little", "big")}
@@ -286,10 +286,10 @@ def _has_next_log(log: imc.Log) -> bool:
     return place is not None and len(logs_of_run(log.path.parent)) > place.number
 
 
-def _name(schema: imc.Schema, told: Iterable[tuple[int, bytes]]) -> str:
+def _name(schema: imc.Schema, packets: Iterable[tuple[int, bytes]]) -> str:
     """The name of the last log that LoggingControl names, by which its pictures are kept; empty if none does."""
     name = ""
-    for _, packet in told:
+    for _, packet in packets:
         said = schema.decode(packet)
         name = getattr(said, "name", "") if getattr(said, "op", None) in (Op.STARTED, Op.CURRENT_NAME) else name
     return name

@@ -64,7 +64,7 @@ def tick_rates_by_label(profile: Profile) -> dict[str, set[float]]:
 
 
 def vehicle_start_time(schema: imc.Schema, announcements: Iterable[tuple[int, bytes]], begin: float) -> float:
-    """When the vehicle started (s since 1970 UTC) whose logs begin at `begin`, by the `uid` of what it announces."""
+    """Start time (s since 1970 UTC) of the vehicle whose logs begin at `begin`, by the `uid` that it announces."""
     for _, packet in announcements:
         uid = Services.parse(getattr(schema.decode(packet), "services", "")).uid
         if uid.isdecimal() and len(uid) < LONGEST_UID and 0.0 <= begin - int(uid) / SECOND < LONGEST:

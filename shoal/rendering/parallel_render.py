@@ -96,13 +96,13 @@ def render_log(
         for picture in pool.run(IndexedWork(renderer.render_picture, len(pairs))):
             found[picture[0]["file"]] = picture
             progress(len(found) / len(pairs))
-    told = [found[shot.name] for shot, _ in pairs]
+    rendered = [found[shot.name] for shot, _ in pairs]
     if labels:
-        text = json.dumps({"classes": class_numbers(), "pictures": [about for about, _ in told]}, indent=1)
+        text = json.dumps({"classes": class_numbers(), "pictures": [about for about, _ in rendered]}, indent=1)
         (folder / f"{LABELS.lower()}.json").write_text(text + "\n")
-        (folder / coco.ANNOTATIONS_FILE).write_text(coco.coco_json(_annotated(told)))
+        (folder / coco.ANNOTATIONS_FILE).write_text(coco.coco_json(_annotated(rendered)))
     counts = {label: sum(shot.camera == label for shot in seen.pictures) for label in sorted(seen.cameras)}
-    refused = [f"{about['file']} has no labels: {about['error']}" for about, _ in told if "error" in about]
+    refused = [f"{about['file']} has no labels: {about['error']}" for about, _ in rendered if "error" in about]
     return RenderSummary(counts, [*seen.notes, *refused[:MOST_NOTES]])
 
 

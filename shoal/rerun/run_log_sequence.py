@@ -57,7 +57,7 @@ def _begin(log: imc.Log) -> float:
 
 
 def _end(log: imc.Log) -> float:
-    """When the log ended; NaN if it did not end cleanly."""
+    """Time at which the log ended; NaN if it did not end cleanly."""
     last = b""
     for _, packet in log.packets():
         last = packet

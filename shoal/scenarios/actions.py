@@ -248,8 +248,8 @@ def deliver_message(vehicle: Vehicle, message: imc.Message) -> None:
     target = vehicle.system if message.dst == UNKNOWN_SYSTEM and source != vehicle.system else message.dst
     time = vehicle.daemon.now
     packet = imc.encode_with_header(message, time, source, message.src_ent, target, message.dst_ent)
-    heard = vehicle.bus.decode(packet)
+    arriving = vehicle.bus.decode(packet)
     if source == vehicle.system:
-        vehicle.bus.deliver_and_send(heard, packet, None)
+        vehicle.bus.deliver_and_send(arriving, packet, None)
     else:
-        vehicle.bus.deliver(heard, packet)
+        vehicle.bus.deliver(arriving, packet)

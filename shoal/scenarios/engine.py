@@ -183,12 +183,12 @@ class _ScenarioRun:
             return "; ".join(format_profile_problem(problem, settings) for problem in error.problems)
         if isinstance(error, ScenarioFileError):
             return str(error)
-        told, notes = f"{type(error).__name__}: {error}", "; ".join(getattr(error, "__notes__", ()))
+        text, notes = f"{type(error).__name__}: {error}", "; ".join(getattr(error, "__notes__", ()))
         if not notes:
-            return told
+            return text
         frames = traceback.extract_tb(error.__traceback__)
         frame = next((f for f in reversed(frames) if not f.filename.startswith(BELOW_TASKS)), frames[-1])
-        return f"{told} ({notes}, {Path(frame.filename).name}:{frame.lineno})"
+        return f"{text} ({notes}, {Path(frame.filename).name}:{frame.lineno})"
 
     def close(self) -> None:
         """End all vehicles, once; what is judged is the state before."""
@@ -314,7 +314,7 @@ def _ignore_damage(at: int, size: int, reason: str) -> None:
 
 
 def _fingerprint(result: ScenarioResult, final: object) -> str:
-    """Of what does not depend on logs, files and computers."""
+    """Hash of the results that do not depend on logs, files and computers."""
     verdicts = [(v.name, v.passed, v.margin, v.applied, v.time) for v in result.verdicts]
     known = verdicts, sorted(result.metrics.items()), sorted(result.outcomes.items()), result.seconds, final
     return hashlib.sha256(repr(known).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""When something happens in a run: at a time, when a condition begins to hold, once or several times."""
+"""Timing of events in a run: at a time, when a condition begins to hold, once or several times."""
 
 import math
 from collections.abc import Callable, Mapping

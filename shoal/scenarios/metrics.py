@@ -131,7 +131,7 @@ class MetricRecorder:
         return samples[0]
 
     def warning(self) -> str:
-        """Why there is no value, for people; else empty."""
+        """Reason why there is no value, for people; else empty."""
         if self._undefined:
             return (
                 f"metric {self.metric.name}: {self._undefined} values of {self.metric.expression.text} are no numbers"

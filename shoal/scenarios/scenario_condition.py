@@ -35,7 +35,7 @@ class BottomSelector(NamedTuple):
 
 
 class ArrivalSelector(NamedTuple):
-    """When messages have arrived: how many, the last one, and those within a `window` (ns)."""
+    """Arrivals of messages: the number, the last one, and those within a `window` (ns)."""
 
     message: MessageSelector
     window: int = 0
@@ -49,7 +49,7 @@ class CaptureSelector(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class HeldSelector:
-    """By how much a condition has held, at all times within so many seconds."""
+    """Margins of a condition, at all times within so many seconds."""
 
     condition: "ScenarioCondition"
     seconds: float

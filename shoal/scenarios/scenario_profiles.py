@@ -78,7 +78,7 @@ class ScenarioProfiles:
         return str(default).lower() if isinstance(default, bool) else str(default)
 
     def start_ns(self, node: Node, profile: Profile, settings: Sequence[ScenarioSetting]) -> int:
-        """When virtual time starts (ns since 1970 UTC). Raises the error of the file."""
+        """Time at which virtual time starts (ns since 1970 UTC). Raises the error of the file."""
         own = [setting for setting in settings if (setting.section, setting.option) == ("General", "Start Time")]
         try:
             if own:

@@ -99,7 +99,7 @@ class FollowSystem(Maneuver):
         return _Sighting(*place, 0.0, self._course(*place), self.now)
 
     def _reject_reason(self, lat: float, lon: float) -> str:
-        """Why the system is not at a position, "" if it may be there."""
+        """Reason why the system is not at a position, "" if it may be there."""
         if not is_on_earth(lat, lon) or math.hypot(*self.north_east_from_vehicle(lat, lon)) > self.maximum_distance:
             return f"it is beyond {self.maximum_distance:g} m"
         if self._seen is None:

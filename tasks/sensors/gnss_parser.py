@@ -106,7 +106,7 @@ def _eastward(sentence: Any, name: str) -> float:
 
 
 def describe_missing_fix(kinds: set[str], unchecked: set[str]) -> str:
-    """Why a receiver gives no fix that sends `kinds` of messages, or `unchecked` sentences; empty without either."""
+    """Reason why a receiver that sends `kinds` of messages, or `unchecked` sentences, gives no fix; else empty."""
     if unchecked:
         named = list_first(sorted(unchecked), LISTED)
         return f"sentences have no checksum ({named}), and are left out: make the receiver send *hh"

@@ -24,7 +24,7 @@ class FixedSteps:
 
     @property
     def time(self) -> float:
-        """When the last step ended."""
+        """Time at which the last step ended."""
         assert self._began is not None
         return (self._began + round(self._count * SECOND / self._hertz)) / SECOND
 

@@ -209,7 +209,7 @@ class AirSim(ImageSaverTask):
 
     @property
     def _stated(self) -> float:
-        """When the newest state was true (s since 1970); -infinity without any."""
+        """Time at which the newest state was true (s since 1970); -infinity without any."""
         latest = self.pose_history.latest_state
         return max(self._truth.latest_time, -math.inf if latest is None else latest.timestamp)
 

@@ -317,7 +317,7 @@ def accuracy_from_parameters(values: Mapping[str, Any]) -> DetectionAccuracy:
 
 
 def _fault(frame: Frame) -> str:
-    """Why nothing can be located in a frame."""
+    """Reason why nothing can be located in a frame."""
     if frame.optics is None or frame.mount is None:
         return f"frames without {'the camera model' if frame.optics is None else 'the mount of the camera'}"
     height, width = frame.image.shape[:2]

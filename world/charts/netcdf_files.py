@@ -102,7 +102,7 @@ def _attribute(variable: Any, name: str) -> str:
 
 
 def _coordinates(dataset: Any, variable: Any, x: Any, y: Any, given: Coordinates | None) -> Coordinates:
-    """Those of the grid mapping (CF), or degrees, or those of the option."""
+    """Coordinate system of the grid mapping (CF), or degrees, or that of the option."""
     mapping = dataset.variables.get(_attribute(variable, "grid_mapping"))
     text = next((found for name in ("crs_wkt", "spatial_ref", "epsg_code") if (found := _attribute(mapping, name))), "")
     if text:

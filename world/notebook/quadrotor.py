@@ -42,7 +42,7 @@ class Quadrotor:
 
     @classmethod
     def of(cls, state: Any) -> "Quadrotor":
-        """That of an EstimatedState or SimulatedState of IMC; `v` is relative to what the state's u, v, w are."""
+        """Quadrotor with the state of an EstimatedState or SimulatedState of IMC; `v` is (u, v, w) of that state."""
         numbers = (state.x, state.y, state.z), (state.u, state.v, state.w), (state.phi, state.theta, state.psi)
         return cls(*(np.array([row], np.float64).T for row in (*numbers, (state.p, state.q, state.r))))
 

@@ -58,7 +58,7 @@ class ArctangentModel(CameraModel):
         return 2.0 * math.tan(0.5 * self.w)
 
     def _factor(self, bare: Floats) -> Floats:
-        """Of places (..., 2) before the lens."""
+        """Distortion factor of places (..., 2) before the lens."""
         radius = np.linalg.norm(bare, axis=-1)
         safe = np.where(radius > 0.0, radius, 1.0)
         return np.where(radius > 0.0, np.arctan(self._steepness * safe) / (self.w * safe), self._steepness / self.w)

@@ -44,7 +44,7 @@ class PinholeModel(CameraModel):
             return self._bent(x, y), valid
 
     def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
-        """By Newton's method, from the place itself, drawn in to where the lens does not fold."""
+        """Invert by Newton's method, from the place itself, drawn in to where the lens does not fold."""
         within = 0.95 * np.sqrt(self._edge) / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-300)
         return invert_distortion(self._bent, self._slope, places, places * np.minimum(1.0, within), self._edge)
 

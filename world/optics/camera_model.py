@@ -102,7 +102,7 @@ class CameraModel(ABC):
         return self.top_left_block_rays(self.height, self.width)
 
     def top_left_block_rays(self, rows: int, columns: int) -> tuple[Floats, Bools]:
-        """Those of `pixel_rays` in the first rows and columns."""
+        """Rays of `pixel_rays` in the first rows and columns."""
         u, v = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
         return self.unproject(np.stack((u, v), axis=-1))
 

@@ -73,7 +73,7 @@ class FisheyeModel(CameraModel):
         return rays, valid
 
     def unit_plane_jacobian(self, points: Floats) -> Floats:
-        """Those of r(phi) x / rho with rho² = x² + y² and tan phi = rho / z; on the axis their limit."""
+        """Derivatives of r(phi) x / rho with rho² = x² + y² and tan phi = rho / z; on the axis their limit."""
         x, y, z = np.moveaxis(points, -1, 0)
         rho2 = x * x + y * y
         rho = np.sqrt(rho2)

@@ -62,7 +62,7 @@ class RationalModel(CameraModel):
             return places, valid & (ahead > 0.0)
 
     def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:
-        """By Newton's method, from where the radial part alone would lead."""
+        """Invert by Newton's method, from where the radial part alone would lead."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             flat, ahead = _map(self._untilt, places)
             radii, bare_radii = self._table

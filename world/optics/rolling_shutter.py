@@ -11,7 +11,7 @@ STEPS = 5
 
 
 def row_time(readout: float, rows: ArrayLike, height: int) -> Floats:
-    """When rows are exposed: s from the middle row, for rows in px from the upper edge of a picture `height` px high.
+    """Exposure times of rows: s from the middle row, for rows in px from the upper edge of a picture `height` px high.
 
     `readout` (s) passes over all rows.
     """

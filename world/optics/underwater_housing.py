@@ -166,7 +166,7 @@ class HousedModel(CameraModel):
         return _directed(bent, outward), valid & np.isfinite(bent)
 
     def unit_plane_jacobian(self, points: Floats) -> Floats:
-        """Those of the inner camera at the ray in air, times those of that ray by the point."""
+        """Derivatives of the inner camera at the ray in air, times those of that ray by the point."""
         seen, away, outward = _polar(points)
         angle = np.nan_to_num(self._unbend(seen))
         across = away * np.sin(seen)

@@ -40,7 +40,7 @@ class CameraPose(NamedTuple):
 
     @classmethod
     def from_pose(cls, standpoint: ScenePose, mount: Pose, scene: str, landscape: SeabedAndWalls) -> "CameraPose":
-        """That of a vehicle in one of SCENES. Raises ValueError for one in ground or walls, or that is nowhere."""
+        """Pose of a vehicle in one of SCENES. Raises ValueError for one in ground or walls, or without a position."""
         where = standpoint.north, standpoint.east, standpoint.height, standpoint.depth
         angles = standpoint.roll, standpoint.pitch, standpoint.yaw
         if not all(map(math.isfinite, (*where, *angles, *mount))):

@@ -97,7 +97,7 @@ class SceneCamera:
         return 1.0 - sight.capsule_of(thing).in_image_share(self.optics)
 
     def obstruction(self, pose: ScenePose) -> str:
-        """Why there is no picture from where the vehicle is: the camera is in the ground or in a wall; else empty."""
+        """Reason why there is no picture from this place: the camera is in the ground or in a wall; else empty."""
         place = pose.at_mount(self.mount)
         return self._landscape.obstruction((place.north, place.east, place.depth), place.height)
 

@@ -287,7 +287,7 @@ class SeaSurfaceScene:
 
 
 def _sine(place: Vector) -> float:
-    """Of the elevation of a place (NED)."""
+    """Sine of the elevation of a place (NED)."""
     return -place[2] / math.hypot(*place) if any(place) else -1.0
 
 

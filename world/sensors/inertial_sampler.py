@@ -27,7 +27,7 @@ class BodyMotion(NamedTuple):
 
     @classmethod
     def from_state(cls, state: Any) -> "BodyMotion":
-        """That of a SimulatedState of IMC."""
+        """Motion of a SimulatedState of IMC."""
         return cls(
             state.timestamp,
             (state.phi, state.theta, state.psi),
@@ -46,7 +46,7 @@ class BodyMotion(NamedTuple):
         return self.ground_velocity_at(CENTER)
 
     def ground_velocity_at(self, place: Vector) -> Vector:
-        """That of a place of the body (m, x forward, y right, z down from its origin): north, east and down (m/s)."""
+        """Velocity (m/s; north, east, down) of a place of the body (m, x forward, y right, z down from its origin)."""
         (u, v, w), (x, y, z) = self.velocity, self.stream
         if place != CENTER:
             a, b, c = cross(self.rates, place)

@@ -66,7 +66,7 @@ class CameraComponent:
 
     @property
     def label(self) -> str:
-        """Of its entity."""
+        """The label of its entity."""
         return self._entity.label
 
     @property
@@ -76,7 +76,7 @@ class CameraComponent:
 
     @cached_property
     def definition(self) -> bytes:
-        """Its content."""
+        """The content of that file."""
         return definition(self.label, self.parameters)
 
     @property
@@ -94,7 +94,7 @@ class CameraComponent:
 
     @property
     def trouble(self) -> str:
-        """Why it takes no pictures; empty if it can."""
+        """Reason why it takes no pictures; empty if it can."""
         entity = self._entity
         return "" if entity.state == State.NORMAL else f"{entity.label} is in {entity.state.name}: {entity.description}"
 
@@ -191,7 +191,7 @@ class CameraComponent:
 
     @property
     def latest_file(self) -> str:
-        """That of the last picture; empty if it is not among the pictures of the vehicle."""
+        """Path of the last picture; empty if it is not among the pictures of the vehicle."""
         file = self._pictures[-1].file if self._pictures else ""
         return file if file and self.pictures.has(file) else ""
 
@@ -230,7 +230,7 @@ class CameraComponent:
         return 1.0 / rate if (rate := self._value("Frame Rate")) else 0.0
 
     def _value(self, name: str) -> Any:
-        """Of an option of the camera; None if it has none of this name."""
+        """The value of an option of the camera; None if it has none of this name."""
         return self.parameters.value(name)
 
 

@@ -17,7 +17,7 @@ ACTIONS: Mapping[str, Action] = {
 
 
 class GcsFailsafe:
-    """When a ground station sent last; what a router brings from other vehicles does not count."""
+    """Failsafe after the silence of ground stations; messages that a router brings from other vehicles do not count."""
 
     def __init__(self, control: VehicleControl) -> None:
         self._control = control

@@ -37,7 +37,7 @@ class FtpOpcode(IntEnum):
 
 
 class FtpErrorCode(IntEnum):
-    """Why a request is rejected."""
+    """Reason why a request is rejected."""
 
     ERRNO = 2
     DATA_SIZE = 3

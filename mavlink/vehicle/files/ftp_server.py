@@ -160,7 +160,7 @@ class FtpServer:
         self._dialogues.clear()
 
     def _dialogue(self, asker: Hashable, now: float) -> _Dialogue | None:
-        """That of an asker; a new one takes the place of the longest silent one that has no file open, if any."""
+        """Dialogue of a client; a new one takes the place of the longest silent one that has no file open, if any."""
         dialogue = self._dialogues.get(asker)
         if dialogue is None:
             if len(self._dialogues) >= MOST_ASKERS:

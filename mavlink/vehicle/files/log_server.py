@@ -212,7 +212,7 @@ class LogServer:
 
 
 def _began(day: bytes, log: bytes) -> int | None:
-    """When a log began, by the names of its folders: <YYYYMMDD>/<HHMMSS>[_label]; None if they are others."""
+    """Time at which a log began, by the names of its folders: <YYYYMMDD>/<HHMMSS>[_label]; None if they are others."""
     try:
         text = f"{day.decode('ascii')}{log[:6].decode('ascii')}"
         return int(datetime.strptime(text, "%Y%m%d%H%M%S").replace(tzinfo=UTC).timestamp())

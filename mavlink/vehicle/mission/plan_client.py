@@ -84,7 +84,7 @@ class PlanClient:
 
     @property
     def next_deadline(self) -> float | None:
-        """When the next request has been waiting too long, in s since 1970."""
+        """Time at which the next request has been waiting too long, in s since 1970."""
         return min((asked.until for asked in self._asked.values()), default=None)
 
     def _control(self, op: int, plan_id: str, plan: imc.PlanSpecification | None, then: OnReply, now: float) -> None:

@@ -106,7 +106,7 @@ class MissionStore:
 
     @property
     def next_deadline(self) -> float | None:
-        """When a fence has been waiting too long, in s since 1970."""
+        """Time at which a fence has been waiting too long, in s since 1970."""
         return self._fence.next_deadline
 
     def clear(self, then: OnReply, now: float) -> None:

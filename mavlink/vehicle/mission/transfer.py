@@ -109,7 +109,7 @@ class MissionTransfer(MavlinkService):
 
     @property
     def next_deadline(self) -> float | None:
-        """When an item or an echo is due, in s since 1970."""
+        """Time at which an item or an echo is due, in s since 1970."""
         echo = [] if self._echo is None else [self._echo.due]
         fence = [] if self.mission.next_deadline is None else [self.mission.next_deadline]
         return min(

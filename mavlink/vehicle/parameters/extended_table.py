@@ -83,7 +83,7 @@ class ExtendedParameterTable:
         return self._by_id.get(name)
 
     def value(self, name: str) -> Any:
-        """Of the parameter with its name in profiles; None if there is none."""
+        """The value of the parameter with this name in profiles; None if there is none."""
         view = self._views.get(name)
         return None if view is None else view.value()
 

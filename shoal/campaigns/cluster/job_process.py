@@ -60,7 +60,7 @@ def _run_jobs(pool: OriginalPathsExecutor, lines: "queue.SimpleQueue[bytes]", ou
 
 
 def _refusal(workspace: Workspace, order: dict[str, Any]) -> str:
-    """Why the study here is not the one that is meant: a library may be missing, or a task that was not found."""
+    """Reason why the study here is another one: a library may be missing, or a task that was not found."""
     try:
         study = load_study(
             workspace.local_path(Path(order["study"])), fixed=order["fixed"], runs=order["runs"], has_begun=True

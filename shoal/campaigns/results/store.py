@@ -47,7 +47,7 @@ class CampaignResults:
 
     @property
     def pass_rate(self) -> PassRate:
-        """That of the runs that came to an end: of the others nothing is known."""
+        """Pass rate of the runs that ended; the results of the others are unknown."""
         rows = self.counted_rows
         known = [row for row in rows if is_finished(row)]
         passed = len([row for row in known if row["passed"]])
@@ -201,7 +201,7 @@ def study_metadata(study: Study) -> dict[str, Any]:
 
 
 def explain_mismatch(had: Mapping[str, Any], about: Mapping[str, Any]) -> str:
-    """Why runs of one study and version cannot be among those of another, after "it has"; empty if they can."""
+    """Reason why runs of one study and version cannot be among those of another, after "it has"; empty if they can."""
     if had["digest"] != about["digest"]:
         name = quoted(cast(str, had["study"]))
         differ = list(_differing(had, about))

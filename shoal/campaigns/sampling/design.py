@@ -88,7 +88,7 @@ class SamplingDesign:
         return {name: self.distributions[name].append_unit(number) for name, number in self.raw_values(run).items()}
 
     def extreme_runs(self, count: int) -> list[int]:
-        """Of so many runs, those that draw the smallest and the largest number of each value."""
+        """Numbers of the runs, of so many, that draw the smallest and the largest number of each value."""
         columns: dict[str, list[Any]] = {name: [] for name in self.distributions}
         for start in range(0, count, _BLOCK):
             stop = min(start + _BLOCK, count)

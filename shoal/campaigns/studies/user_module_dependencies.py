@@ -16,7 +16,7 @@ OF_SHOAL = frozenset(PACKAGES) - {TASKS}
 
 
 def find_user_modules(names: Iterable[str]) -> dict[str, tuple[Path, Path]]:
-    """Those of a user among modules with these names and all that they import, with the folder and the file of each.
+    """Modules of a user among these names and all that they import, with the folder and the file of each.
 
     What is installed, or in Shoal, is left out. Imports count wherever they stand, also within functions; a module
     that is imported by a name that a program makes is not found.

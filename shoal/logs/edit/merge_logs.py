@@ -148,7 +148,7 @@ def _common_schema(logs: list[imc.Log], ids: list[set[int]]) -> imc.Log:
 
 
 def _misfit(candidate: imc.Log, log: imc.Log, used: set[int]) -> str:
-    """Why definitions do not fit the messages of a log; empty if they do."""
+    """Reason why definitions do not fit the messages of a log; empty if they do."""
     for number in sorted(used):
         mine, theirs = candidate.schema.types_by_id.get(number), log.schema.types_by_id.get(number)
         if theirs is not None and (mine is None or _layout(mine) != _layout(theirs)):

@@ -65,24 +65,24 @@ def import_tlog(path: Path, folder: Path, system: str = "", progress: ReportProg
                 number, SystemLogWriter(writer, name, path.stem), translator, transactions, skipped
             )
         wanted = frozenset[str]().union(
-            *(heard.translator.message_names | heard.transactions.message_names for heard in systems.values())
+            *(imported.translator.message_names | imported.transactions.message_names for imported in systems.values())
         )
         for number, (time, message) in enumerate(tlog.read(wanted)):
-            heard = systems.get(message.system)
-            if heard is not None and message.component == AUTOPILOT:
-                heard.translate(message, time)
+            imported = systems.get(message.system)
+            if imported is not None and message.component == AUTOPILOT:
+                imported.translate(message, time)
                 last = time
-            asked = systems.get(message.values.get("target_system", 0)) if heard is None else None
+            asked = systems.get(message.values.get("target_system", 0)) if imported is None else None
             if asked is not None and asked.log.count:  # a station has sent it something
                 asked.translate(message, time)
             if number % 1000 == 0:
                 progress(tlog.position / tlog.size)
-        for heard in systems.values():
-            heard.log.write(heard.transactions.finish(last))
-            heard.log.write_log_end(last)
+        for imported in systems.values():
+            imported.log.write(imported.transactions.finish(last))
+            imported.log.write_log_end(last)
     finally:
         writer.close()
-    counts = {heard.log.name: heard.log.count for heard in systems.values()}
+    counts = {imported.log.name: imported.log.count for imported in systems.values()}
     return ImportReport(tlog.frames, tlog.lost, tlog.first_lost, counts, skipped.texts(path), skipped.total)
 
 

@@ -78,10 +78,10 @@ def load_camera_models(photos: Path, cameras: Mapping[str, LoggedCamera]) -> dic
     return found
 
 
-def matches_optics(optics: CameraModel, told: Sequence[float]) -> bool:
+def matches_optics(optics: CameraModel, logged: Sequence[float]) -> bool:
     """Whether a camera has the numbers of OPTICS that a CameraFrame contains."""
     own = [getattr(optics, name) for name in OPTICS]
-    return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(told, own, strict=True))
+    return all(math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-3) for a, b in zip(logged, own, strict=True))
 
 
 def photos_of_other_lenses(source: LogSource, models: Mapping[str, CameraModel]) -> frozenset[str]:
@@ -93,9 +93,9 @@ def photos_of_other_lenses(source: LogSource, models: Mapping[str, CameraModel])
     frames = source.log.messages("CameraFrame") if "CameraFrame" in source.summary.by_type else ()
     for frame in frames:
         name = Path(str(getattr(frame, "file", ""))).name
-        told = [float(getattr(frame, field, math.nan)) for field in OPTICS]
+        logged = [float(getattr(frame, field, math.nan)) for field in OPTICS]
         optics = models.get(name.rsplit("_", 2)[0])
-        if optics is not None and all(map(math.isfinite, told)) and not matches_optics(optics, told):
+        if optics is not None and all(map(math.isfinite, logged)) and not matches_optics(optics, logged):
             found.add(name)
     return frozenset(found)
 
@@ -162,7 +162,7 @@ def _lens(camera: LoggedCamera) -> tuple[str, str]:
 
 
 def _chain(cameras: Mapping[int, LoggedCamera], imu: Array | None, late: float) -> dict[str, Any]:
-    """Of cameras by their number in the data set."""
+    """Camchain of cameras by their number in the data set."""
     chain: dict[str, Any] = {}
     before: LoggedCamera | None = None
     for place, (number, camera) in enumerate(cameras.items()):

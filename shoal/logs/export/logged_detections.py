@@ -118,5 +118,5 @@ class SystemDetections:
 
 def _readout(camera: LoggedCamera) -> float:
     """s that pass over all rows of a rolling shutter; 0 if it does not roll."""
-    told = camera.model.get("readout_time", 0.0)
-    return float(told) if isinstance(told, (int, float)) and 0.0 < told < OLDEST else 0.0
+    seconds = camera.model.get("readout_time", 0.0)
+    return float(seconds) if isinstance(seconds, (int, float)) and 0.0 < seconds < OLDEST else 0.0

@@ -71,7 +71,7 @@ def camera_info(time: int, frame: str, camera: LoggedCamera, baseline: float = 0
 
 
 def missing_info_reason(camera: LoggedCamera) -> str:
-    """Why a camera has no CAMERA_INFO."""
+    """Reason why a camera has no CAMERA_INFO."""
     model = camera.model
     if _is_beyond_kalibr(camera):
         return f"ROS has no lens of {len(model['opencv']['D'])} coefficients"

@@ -27,7 +27,7 @@ ENU_OF_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 class ImuSamples(NamedTuple):
-    """Those of an inertial measurement unit: times (ns since 1970), rates (rad/s) and forces (m/s²), a row each."""
+    """Samples of an inertial measurement unit: times (ns since 1970), rates (rad/s) and forces (m/s²), a row each."""
 
     label: str
     times: Array

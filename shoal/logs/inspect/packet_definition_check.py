@@ -34,7 +34,7 @@ class SchemaCheck:
 
     @property
     def mismatches(self) -> dict[int, list[SchemaMismatch]]:
-        """By id of the message."""
+        """Mismatches by id of the message."""
         found: dict[int, list[SchemaMismatch]] = {}
         for (number, _), misfit in self._found.items():
             found.setdefault(number, []).append(misfit)

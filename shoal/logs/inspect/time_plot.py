@@ -129,14 +129,14 @@ def draw_timeline(title: str, rows: Iterable[tuple[str, Iterable[TimeSpan]]], du
         for place, stretch in enumerate(stretches):
             x, end = (float(_x(np.array(at), duration)) for at in (stretch.begin, stretch.end))
             what = ": ".join(filter(None, (stretch.value, stretch.text)))
-            told = f"{name}\n{what}\n{elapsed_text(stretch.begin)} – {elapsed_text(stretch.end)}"
+            tooltip = f"{name}\n{what}\n{elapsed_text(stretch.begin)} – {elapsed_text(stretch.end)}"
             kind = state_css_class(stretch.value)
             fits = kind == "other" and end - x > 7 * len(stretch.value) + 8
             inside = f'<text x="{x + 6:.1f}" y="{y + 14}">{escape(stretch.value)}</text>' if fits else ""
             kind += " alt" * (place % 2 and kind == "other")
             body.append(
                 f'<rect class="band {kind}" x="{x:.1f}" y="{y + 2}" height="{row_height - 4}" '
-                f'width="{max(end - x, 1.5):.1f}" data-tip="{escape(told)}"/>{inside}'
+                f'width="{max(end - x, 1.5):.1f}" data-tip="{escape(tooltip)}"/>{inside}'
             )
         y += row_height
     return html_figure(title, legend, time_svg(y + 30, y, "".join(body), "", duration, "", "".join(labels)))

@@ -206,7 +206,7 @@ class Navigation(Task):
                 self.publish(rejection)
 
     def _time_of_measurement(self, message: imc.Message) -> float:
-        """When a sensor measured (s since 1970): by its own clock, unless that contradicts this one."""
+        """Time at which a sensor measured (s since 1970): by its own clock, unless that contradicts this one."""
         return message.timestamp if 0.0 <= self.age(message.timestamp) <= OLDEST else self.now
 
     @consume

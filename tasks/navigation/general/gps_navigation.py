@@ -323,7 +323,7 @@ class GPSNavigation(Task):
             self.set_entity_state(State.NORMAL, f"active{contradicted}")
 
     def _fault(self) -> str:
-        """Why the boat must stop; empty if it need not."""
+        """Reason why the boat must stop; empty if it need not."""
         if self.age(max(self._oriented, self._began)) > self.euler_timeout:
             impossible = self._imu_range.rejects(self.now) or self._yaw_range.rejects(self.now)
             stuck, jumps = self._attitude_noise.stuck, self._check.rejects

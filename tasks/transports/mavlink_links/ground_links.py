@@ -233,7 +233,7 @@ class GroundLinksTask(Task):
             self.after(0.0, self.send_due_messages)
 
     def unlisted_reason(self, message: ReceivedMessage, peer: Peer) -> str:
-        """Why orders of the system that has sent a message are not obeyed, "" if they are."""
+        """Reason why orders of the system that has sent a message are not obeyed, "" if they are."""
         if self.commanders.allows_station(message.system, str(peer[0])):
             return ""
         return f"mavlink:{message.system} is not in [General] Consoles of {self.system_name}"

@@ -238,7 +238,7 @@ class LoggedVehicle(VehicleModel):
 
     @property
     def mode(self) -> Mode:
-        """By its name, if an autopilot sent nothing else."""
+        """Mode by its name, if an autopilot sent nothing else."""
         name = self._mode_name
         return MODES.get(name, Mode.TELEOPERATION) if name else super().mode
 

@@ -87,7 +87,7 @@ class GeoPoint(Struct):
 
 
 class ProjectionMatrix(Struct):
-    """Of the scene capture, which takes the pictures: its rows are across, down, depth and w of the picture."""
+    """Projection of the scene capture that takes pictures: its rows are across, down, depth and w of the picture."""
 
     matrix: list[list[float]]
 

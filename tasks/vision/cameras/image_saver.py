@@ -199,7 +199,7 @@ class ImageSaverTask(Task):
         return (path.relative_to(root) if path.is_relative_to(root) else path).as_posix()
 
     def report_entity_state(self, counts: str) -> None:
-        """That frames come; while they cannot be written, this counts as a failure."""
+        """Report that frames come; while they cannot be written, this counts as a failure."""
         self._counts = counts
         if not (self._writing or self._wanted or self.save_images):
             self._unwritten = ""

@@ -106,7 +106,7 @@ class ViewpointTracker:
         return 0.0 if self.sea and not bottom > state.z else bottom
 
     def _gliders(self, world: World, time: float, ground: float) -> tuple[Glider, ...]:
-        """Those of the world, at a time (s), above the ground (m, down) beneath the camera.
+        """Gliders of the world, at a time (s), above the ground (m, down) beneath the camera.
 
         On a bottom outside the world's, and in a scene without bottom, they lie on that ground. From above the
         sea, those in deep water are not seen.

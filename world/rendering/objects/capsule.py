@@ -110,7 +110,7 @@ class Capsule(NamedTuple):
 
 
 def _dot(vector: Floats, field: Floats) -> Floats:
-    """By hand: what a library sums may depend on how many threads it has."""
+    """Dot product without a library, whose sums may depend on the number of its threads."""
     return vector[0] * field[0] + vector[1] * field[1] + vector[2] * field[2]
 
 

@@ -40,7 +40,7 @@ class SeabedAndWalls:
         return flat if self.relief is None else self.relief.sea.depth(north, east) - down
 
     def obstruction(self, place: Vector, flat: float) -> str:
-        """Why a camera cannot look from a place (m; north, east, down), `flat` m above a flat bottom; else empty."""
+        """Obstruction of a camera at a place (m; north, east, down), `flat` m above a flat bottom; else empty."""
         if not self.height_above_ground(*place, flat) > 0.0:
             return "the camera is in the ground"
         if any(_apart(wall, place) < THINNEST for wall in self.walls):

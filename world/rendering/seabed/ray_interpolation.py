@@ -83,7 +83,7 @@ class RayGrid:
 
 
 def rotate(turn: Floats, vectors: Floats) -> Floats:
-    """By hand: what a library sums may depend on how many threads it has."""
+    """Rotation without a library, whose sums may depend on the number of its threads."""
     x, y, z = vectors
     return np.stack([a * x + b * y + c * z for a, b, c in turn.tolist()])
 

@@ -60,7 +60,7 @@ class GroundRays(NamedTuple):
         return found
 
     def curve_error(self, curved: CurvedDepthGrid, way: Floats) -> Floats:
-        """By how much (m) curves may be from the bottom at the points (n,) after some way."""
+        """Bound on the distance (m) of curves from the bottom at the points (n,) after some way."""
         n, e, _ = self.position
         return curved.errors_at(self.directions[0] * way + n, self.directions[1] * way + e)
 

@@ -161,7 +161,7 @@ class SeabedIntersector:
     def _legs(
         self, rays: GroundRays, number: int, own: Places, flat: Floats, ends: tuple[Floats, Floats], cell: float
     ) -> tuple[Places, MarchSpans]:
-        """Those of some rays that may touch the grid of a level between two ways, and where.
+        """Places of some rays that may touch the grid of a level between two ways, and these spans.
 
         By `cell`, a ray touches what it nearly does.
         """
@@ -221,7 +221,7 @@ class SeabedIntersector:
 
 
 def _crossings(count: int) -> Crossings:
-    """Of rays that meet nothing."""
+    """Crossings of rays that meet nothing."""
     none, never = np.full(count, np.nan), np.full(count, np.inf)
     return Crossings(none, np.ones(count), np.full(count, -1, np.int8), never)
 
