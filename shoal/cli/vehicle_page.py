@@ -13,10 +13,15 @@ def serve_page(vehicle: Vehicle) -> None:
     tasks = [task for task in vehicle.tasks if isinstance(task, Console)]
     if not tasks:
         return
-    from shoal.console import VehiclePage  # a web server, which a virtual run does not need; it takes a while
+    from shoal.console import (
+        ProfileSettings,
+        VehiclePage,
+    )  # a web server, which a virtual run needs not; it takes a while
+
+    settings = ProfileSettings(vehicle)
 
     def make_page(task: Console, listener: socket.socket) -> PageServer:
-        return VehiclePage(task, listener, lambda address: click.echo(f"open {address}"))
+        return VehiclePage(task, listener, lambda address: click.echo(f"open {address}"), settings)
 
     for task in tasks:
         task.make_page = make_page

@@ -7,6 +7,7 @@ from shoal.console.certificate import CERTIFICATE, certificate_names, make_certi
 from shoal.console.lease import LeaseError, Leases
 from shoal.console.log_link import LogLink
 from shoal.console.page_security import PageSecurity, PageSecurityError, access_folder, read_page_security
+from shoal.console.profile_settings import ProfileSettings
 from shoal.console.server import ConsoleServer
 from shoal.console.tiles import TileSets
 from shoal.console.users import Role, User, Users, UsersError
@@ -26,6 +27,7 @@ __all__ = [
     "PageSecurity",
     "PageSecurityError",
     "PageSession",
+    "ProfileSettings",
     "Role",
     "TileSets",
     "User",

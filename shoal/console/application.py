@@ -20,12 +20,13 @@ from shoal.console.authority import Authority, AuthorityError
 from shoal.console.foxglove import FoxgloveRoutes, ViewerAccess
 from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
 from shoal.console.page_feed import PageFeed, Viewer
+from shoal.console.parameter_routes import ParameterRoutes
 from shoal.console.plan_path import plan_path
 from shoal.console.replay_answers import REJECTED
 from shoal.console.request_guard import RequestGuard
 from shoal.console.tiles import TileSets
 from shoal.console.users import Role
-from shoal.console.vehicle_orders import OrderError, carry_out
+from shoal.console.vehicle_orders import OrderError
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
@@ -75,6 +76,7 @@ class ConsoleApplication:
         self._accounts = AccountRoutes(access, authority, self._cookie, self._knows)
         self._files = {name: data for name, data in libraries.items()}
         self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
+        self._parameters = ParameterRoutes(self._vehicle, extensions.settings)
         self._viewers = 0
         self._plays_log = extensions.instead_of_orders is not None
         foxglove = FoxgloveRoutes(
@@ -94,7 +96,8 @@ class ConsoleApplication:
             *self._accounts.routes,
             Route("/api/order", logged_in(instead or self._order), methods=["POST"]),
             Route("/api/plans", logged_in(instead or self._plans)),
-            Route("/api/parameters", logged_in(instead or self._parameters)),
+            Route("/api/parameters", logged_in(instead or self._parameters.values)),
+            Route("/api/parameter-details", logged_in(instead or self._parameters.details)),
             Route("/api/fields", logged_in(self._fields)),
             Route("/api/tiles", logged_in(self._tile_sets)),
             Route("/tiles/{name}/{zoom:int}/{column:int}/{row:int}", logged_in(self._tile)),
@@ -160,8 +163,9 @@ class ConsoleApplication:
         order = str(words.get("order"))
         try:
             vehicle = self._vehicle(name, order)
+            words = self._parameters.complete(vehicle.system.name, words) if order == "undo" else words
             self._authority.permit(session, vehicle.system.name, order, words)
-            text = await carry_out(vehicle, order, words)
+            text = await self._parameters.carry_out(session.user.name, vehicle, order, words)
         except (AuthorityError, OrderError, NetworkError, ValueError) as error:
             return {"ok": False, "text": printable(str(error))}
         return {"ok": True, "text": printable(text)}
@@ -176,16 +180,6 @@ class ConsoleApplication:
         except NetworkError as error:
             return json_response({"ok": False, "text": printable(str(error))})
         return json_response({"ok": True, "path": plan_path(plan)})
-
-    async def _parameters(self, request: Request) -> Response:
-        try:
-            vehicle = self._vehicle(request.query_params.get("vehicle"))
-            entity = request.query_params.get("entity")
-            if entity is None:
-                return json_response({"ok": True, "entities": sorted(await vehicle.param.entity_ids())})
-            return json_response({"ok": True, "values": await vehicle.param.get(entity)})
-        except NetworkError as error:
-            return json_response({"ok": False, "text": printable(str(error))})
 
     async def _fields(self, _: Request) -> Response:
         """Each number that can be drawn, as Message.field, with its unit."""

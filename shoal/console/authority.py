@@ -9,7 +9,8 @@ from support.terminal_text import printable
 from support.text_length import clip
 
 OPERATING = ("abort", "hold", "surface", "put", "delete", "start", "stop")
-ROLES = {**dict.fromkeys(OPERATING, Role.OPERATE), "set": Role.MAINTAIN}
+MAINTAINING = ("set", "save", "undo")
+ROLES = {**dict.fromkeys(OPERATING, Role.OPERATE), **dict.fromkeys(MAINTAINING, Role.MAINTAIN)}
 """The roles that orders need."""
 LONGEST_NOTE = 200  # characters
 
@@ -77,8 +78,10 @@ def _order_text(order: str, words: Mapping[str, object]) -> str:
     match order:
         case "start" | "delete":
             text = f"{order} {given.get('plan', '')}"
-        case "set":
-            text = f"set {given.get('entity', '')}: {given.get('parameter', '')} = {given.get('value', '')}"
+        case "set" | "undo":
+            text = f"{order} {given.get('entity', '')}: {given.get('parameter', '')} = {given.get('value', '')}"
+        case "save":
+            text = f"save the parameters of {given.get('entity', '')}"
         case "put":
             text = "store a plan"
         case _:

@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from shoal.console.page_feed import encode
+from shoal.console.profile_settings import ProfileSettings
 
 Answer = Callable[[Request], Awaitable[Response]]
 
@@ -17,13 +18,14 @@ Answer = Callable[[Request], Awaitable[Response]]
 class PageExtensions:
     """Requests by path: `questions` to GET, `orders` to POST, and `maintenance` to POST, which sets options.
 
-    `instead_of_orders` answers orders to a vehicle.
+    `instead_of_orders` answers orders to a vehicle. `settings` are those of a profile, for the views of parameters.
     """
 
     questions: Mapping[str, Answer]
     orders: Mapping[str, Answer]
     instead_of_orders: Answer | None = None
     maintenance: Mapping[str, Answer] = field(default_factory=dict[str, Answer])
+    settings: ProfileSettings | None = None
 
 
 async def json_object(request: Request) -> dict[str, object]:

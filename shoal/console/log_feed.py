@@ -75,4 +75,5 @@ class LogFeed(PageFeed):
 def _entry(player: LogLink, message: imc.LogBookEntry) -> list[object]:
     kind = word(imc.LogBookEntry.Type, message.type)
     name = player.system_name(message.src)
-    return [round(message.htime, 1), name, kind, printable(message.context), printable(message.text)]
+    label = player.states.names.labels.get((message.src, message.src_ent), "")
+    return [round(message.htime, 1), name, kind, *map(printable, (message.context, message.text, label))]

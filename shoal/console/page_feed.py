@@ -96,7 +96,7 @@ class PageFeed:
 
     def note(self, vehicle: str, context: str, text: str) -> None:
         """Show a text in the log book of the pages."""
-        self._notes.append([round(time.time(), 1), vehicle, "info", context, printable(text)])
+        self._notes.append([round(time.time(), 1), vehicle, "info", context, printable(text), ""])
 
     def add(self, viewer: Viewer) -> None:
         self._viewers.add(viewer)
@@ -151,9 +151,8 @@ class PageFeed:
         for system, message in self._listener.take_all():
             if isinstance(message, imc.LogBookEntry):
                 kind = word(imc.LogBookEntry.Type, message.type)
-                found.append(
-                    [round(message.htime, 1), system.name, kind, printable(message.context), printable(message.text)]
-                )
+                words = map(printable, (message.context, message.text, system.label(message.src_ent)))
+                found.append([round(message.htime, 1), system.name, kind, *words])
         self._log.extend(found)
         return found
 

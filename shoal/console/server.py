@@ -16,15 +16,20 @@ from shoal.console.application import ConsoleApplication
 from shoal.console.authority import Authority, Journal
 from shoal.console.browser_libraries import read_browser_files
 from shoal.console.depth_contours import ContourAnswers
+from shoal.console.dive_check_routes import DiveCheckRoutes
 from shoal.console.foxglove import ViewerAccess
 from shoal.console.json_request import PageExtensions
 from shoal.console.log_feed import LogFeed
+from shoal.console.log_library import LogLibrary
 from shoal.console.log_link import LogLink
 from shoal.console.log_resume import CONFIGURATION
+from shoal.console.log_routes import LogRoutes
+from shoal.console.message_rates import MessageCounter, MessageRates
 from shoal.console.page_feed import PageFeed
 from shoal.console.page_listener import PageListener
 from shoal.console.page_security import PageSecurity
 from shoal.console.plan_flights import PlanFlights
+from shoal.console.profile_settings import ProfileSettings
 from shoal.console.replay_answers import ReplayAnswers
 from shoal.console.tiles import TileSets
 from shoal.console.users import User
@@ -45,7 +50,9 @@ class ConsoleServer:
     each part that the page has to do without. `security` has its address, users and certificate; without, it is served
     to this computer only. `listener` is a socket that listens already; it is taken over. `journal(vehicle, text)`
     writes into the log book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no
-    orders of a user. `on_viewer()` is called when a page or a viewer is opened.
+    orders of a user. `on_viewer()` is called when a page or a viewer is opened. `settings` are those of the profile of
+    the vehicle in this process, and `counter` counts its messages; by default those that arrive are counted. The page
+    lists the logs below `log_root`, or those that are played.
     """
 
     def __init__(
@@ -62,6 +69,8 @@ class ConsoleServer:
         journal: Journal | None = None,
         refusal: Callable[[User], str] = lambda _: "",
         on_viewer: Callable[[], object] = lambda: None,
+        settings: ProfileSettings | None = None,
+        counter: MessageCounter | None = None,
     ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
@@ -76,6 +85,9 @@ class ConsoleServer:
         self._player = player
         self._replay = None if player is None else ReplayAnswers(player, log_root)
         self._flights = PlanFlights(network)
+        self._settings = settings
+        self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
+        self._rates = MessageRates(network, counter, player)
         leases = authority.leases.view
         self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
@@ -124,13 +136,16 @@ class ConsoleServer:
 
     def _extensions(self) -> PageExtensions:
         replay, player, systems = self._replay, self._player, self._network.systems
+        views = {**self._logs.questions, **self._rates.questions}
         if replay is None or player is None:
             contours = ContourAnswers(lambda name: name if name in systems else None)
-            return PageExtensions({"/api/contours": contours.answer}, self._flights.orders)
+            views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}
+            return PageExtensions(views, {**self._flights.orders, **self._logs.orders}, settings=self._settings)
         configuration = player.states.path.parent / CONFIGURATION
         contours = ContourAnswers(lambda name: configuration if name in systems else None)
-        questions = {"/api/contours": contours.answer, **replay.questions}
-        return PageExtensions(questions, replay.orders, replay.reject, replay.maintenance)
+        checks = DiveCheckRoutes(self._network, lambda: player.now, is_live=False)
+        views |= {"/api/contours": contours.answer, **checks.questions, **replay.questions}
+        return PageExtensions(views, {**replay.orders, **self._logs.orders}, replay.reject, replay.maintenance)
 
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.
@@ -165,7 +180,8 @@ class ConsoleServer:
             for task in done:
                 task.result()
         finally:
-            self._flights.close()
+            for worker in (self._flights, self._logs, self._rates):
+                worker.close()
             if self._replay is not None:
                 self._replay.close()
             self._server.end()

@@ -128,14 +128,14 @@ async def delete(vehicle: AsyncRemoteVehicle, plan: str) -> str:
     return f"{plan} is deleted"
 
 
-async def set_parameter(vehicle: AsyncRemoteVehicle, entity: str, name: str, value: str) -> str:
-    """Set a parameter of an entity. Raises NetworkError with the vehicle's reason."""
-    values = await vehicle.param.set(entity, {name: value})
-    return f"{entity}: {name} = {values.get(name, value)}"
+async def save(vehicle: AsyncRemoteVehicle, entity: str) -> str:
+    """Have the vehicle keep the parameters of an entity for its next start. Raises NetworkError with its reason."""
+    await vehicle.param.save(entity)
+    return f"{entity}: the vehicle starts with these values from now on"
 
 
 async def carry_out(vehicle: AsyncRemoteVehicle, order: str, words: Mapping[str, object]) -> str:
-    """Carry out an order of the page by its name. Raises OrderError, NetworkError."""
+    """Carry out an order of the page by its name, but none that sets parameters. Raises OrderError, NetworkError."""
     given = {name: value for name, value in words.items() if isinstance(value, str)}
     match order:
         case "abort":
@@ -152,10 +152,8 @@ async def carry_out(vehicle: AsyncRemoteVehicle, order: str, words: Mapping[str,
             return await put(vehicle, given.get("text", ""))
         case "delete":
             return await delete(vehicle, given.get("plan", ""))
-        case "set":
-            return await set_parameter(
-                vehicle, given.get("entity", ""), given.get("parameter", ""), given.get("value", "")
-            )
+        case "save":
+            return await save(vehicle, given.get("entity", ""))
         case _:
             raise OrderError(f"no such order: {order!r}")
 

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from shoal.console.bus_counter import BusCounter
 from shoal.console.bus_link import BusLink
 from shoal.console.page_security import access_folder, read_page_security
+from shoal.console.profile_settings import ProfileSettings
 from shoal.console.server import ConsoleServer
 from shoal.console.tiles import TileSets
 from shoal.console.users import User
@@ -18,10 +20,17 @@ from tasks.transports.console import Console, PageServer
 class VehiclePage(PageServer):
     """Serves a vehicle's page at a socket, over the bus of the vehicle; `show` gets the address to open.
 
-    Raises ValueError if the address of the task needs users or a certificate that are not there, OSError.
+    `settings` are those of its profile. Raises ValueError if the address of the task needs users or a certificate that
+    are not there, OSError.
     """
 
-    def __init__(self, task: Console, listener: socket.socket, show: Callable[[str], object]) -> None:
+    def __init__(
+        self,
+        task: Console,
+        listener: socket.socket,
+        show: Callable[[str], object],
+        settings: ProfileSettings | None = None,
+    ) -> None:
         folder = Path(task.access_folder) if task.access_folder else access_folder()
         security = read_page_security(task.address, folder)
         tiles = TileSets(Path(task.map_tiles) if task.map_tiles else None)
@@ -41,6 +50,9 @@ class VehiclePage(PageServer):
             journal=lambda _, text: task.note(text),
             refusal=refusal,
             on_viewer=link.wake,
+            log_root=task.vehicle.log_root / task.system_name,
+            settings=settings,
+            counter=BusCounter(task),
         )
         link.is_watched = lambda: self._server.is_watched
         self.is_secure: bool = security.is_open

@@ -7,12 +7,14 @@ from typing import Any
 
 import imc
 from imc.discovery import displayable_name
+from shoal.console.health_advice import advice
 from shoal.network import NetworkSystem
 from support.terminal_text import printable
 from support.wgs84 import is_on_earth
 
 KINDS = (
     imc.Announce,
+    imc.Calibration,
     imc.EntityInfo,
     imc.EntityList,
     imc.EntityState,
@@ -160,6 +162,7 @@ def _entities(system: NetworkSystem, times: ArrivalTimes) -> list[View]:
             "entity": printable(system.label(state.src_ent)),
             "state": word(imc.EntityState.State, state.state),
             "text": printable(state.description),
+            "advice": advice(state.state, state.description),
             "since": round(times.since(system, state)),
         }
         for state in states

@@ -37,7 +37,7 @@ from shoal.network.parameter_transfer import (
     dump_parameters,
     load_parameters,
 )
-from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name
+from shoal.network.parameters import AsyncRemoteParameters, PartialAnswer, check_parameter_name, is_same_value
 from shoal.network.plans import AsyncRemotePlans, PlanOutcome, StoredPlan
 from shoal.network.recording import NetworkRecorder, RecordingEnd, VehicleRecording
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
@@ -100,6 +100,7 @@ __all__ = [
     "dump_parameters",
     "field_value",
     "format_percent",
+    "is_same_value",
     "load_parameters",
     "make_network",
     "parameter_file_text",

@@ -17,7 +17,7 @@ from support.file_errors import describe_os_error
 from tasks.transports.imc_links.port_search import OpenedServer, listening_socket, start_server
 
 PORTS_TRIED = 5
-UNWATCHED = ("EstimatedState", "LogBookEntry")  # kept while nobody looks: tracks and the log book go on
+UNWATCHED = ("Calibration", "EstimatedState", "LogBookEntry")  # kept while nobody looks: they are needed later
 MOST_EVENTS = 1024  # packets that wait for the page; the oldest are dropped
 MOST_ORDERS = 256  # packets of the page that wait for the kernel
 
@@ -129,6 +129,8 @@ class Console(Task):
         self._subscribed: dict[str, Subscription] = {}
         self._is_watched = False
         self._orders: deque[bytes] = deque()
+        self._counts: dict[tuple[str, int], tuple[int, float]] = {}
+        self._counting: Subscription | None = None
         self._announce: tuple[imc.Announce, bytes] | None = None
         self.lost_orders: int = 0
         self.malformed: int = 0
@@ -197,7 +199,28 @@ class Console(Task):
         """Write what a user does into the log book."""
         self._kernel.post(self.log.info, text)
 
+    def set_counting(self, is_counting: bool) -> None:
+        """Count all messages of this vehicle from now on, or no longer."""
+        self._kernel.post(self._count, is_counting)
+
+    def message_counts(self) -> dict[tuple[str, int], tuple[int, float]]:
+        """How many messages were counted, and the time of the last one (s), by message and id of the entity."""
+        return dict(self._counts)
+
     # Called by those
+
+    def _count(self, is_counting: bool) -> None:
+        if self._counting is not None:
+            self.vehicle.bus.remove_subscription(self._counting)
+            self._counting = None
+        if is_counting:
+            self._counts = {}
+            self._counting = Subscription(imc.Message, self._count_message, self)
+            self.vehicle.bus.subscribe(self._counting)
+
+    def _count_message(self, message: imc.Message) -> None:
+        place = type(message).__name__, message.src_ent
+        self._counts[place] = self._counts.get(place, (0, 0.0))[0] + 1, message.timestamp
 
     def _want(self, names: Collection[str]) -> None:
         self._wanted |= dict.fromkeys(names or ("",))

@@ -1,7 +1,9 @@
-// The entities of a vehicle, the worst first.
-import { element, make } from "./page.js";
+// The entities of a vehicle, the worst first; those that are not in order with advice and their last lines in the log book.
+import { clock, element, make } from "./page.js";
 
 const KINDS = { normal: "good", boot: "warn", fault: "warn", error: "bad", failure: "bad" };
+
+const LINES = 2; // of the log book, for each entity
 
 export function makeHealth(store) {
   let shown = null;
@@ -11,6 +13,9 @@ export function makeHealth(store) {
   const drawTimes = () => {
     for (const { cell, since } of times) cell.textContent = duration(store.now - since);
   };
+  const evidence = (entity) => store.log
+    .filter(([, vehicle, , , , label]) => vehicle === store.chosen && label === entity)
+    .slice(-LINES).map(([time, , , , text]) => make("small", `${clock(time)} ${text}`));
   const draw = () => {
     const entities = store.vehicle()?.health?.entities ?? [];
     const changed = entities !== shown;
@@ -22,8 +27,10 @@ export function makeHealth(store) {
       times = entities.map(({ since }) => ({ cell: make("td"), since }));
       element("entities").replaceChildren(...entities.map((each, at) => {
         const row = make("tr");
+        const cause = make("td", each.text);
+        if (each.advice) cause.append(make("small", each.advice), ...evidence(each.entity));
         row.append(make("td", each.entity), make("td", each.state, { className: KINDS[each.state] ?? "" }),
-          make("td", each.text), times[at].cell);
+          cause, times[at].cell);
         return row;
       }));
     }

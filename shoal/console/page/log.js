@@ -1,5 +1,5 @@
 // The log books of all vehicles, the newest entry first.
-import { element, make } from "./page.js";
+import { clock, element, make } from "./page.js";
 
 const KINDS = { warning: "warn", error: "bad", critical: "bad" };
 
@@ -21,10 +21,4 @@ export function makeLog(store) {
     }));
   };
   return { draw, open: () => { dirty = true; draw({ log: [] }); } };
-}
-
-// A vehicle sends any number as time; one that is no date must not end the page.
-function clock(time) {
-  const date = new Date(Number.isFinite(time) ? time * 1000 : NaN);
-  return Number.isNaN(date.getTime()) ? "?" : date.toISOString().split("T")[1].slice(0, 8);
 }

@@ -1,11 +1,15 @@
 // Logs in, receives frames, keeps the latest state of each vehicle, and redraws the views.
 import { byName, element, say } from "./page.js";
 import { makeAccount } from "./account.js";
+import { makeAlarms } from "./alarms.js";
+import { makeChecks } from "./checks.js";
 import { makeMap } from "./map.js";
 import { makeHealth } from "./health.js";
 import { makePlans } from "./plans.js";
 import { makePlots } from "./plots.js";
 import { makeLog } from "./log.js";
+import { makeLogs } from "./logs.js";
+import { makeRates } from "./rates.js";
 import { makeParameters } from "./parameters.js";
 import { makeOrders } from "./orders.js";
 import { makeFlight } from "./flight.js";
@@ -22,7 +26,8 @@ store.vehicle = () => store.vehicles[store.chosen];
 const views = {
   map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
-  replay: makeReplay(store), flight: makeFlight(store),
+  replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
+  logs: makeLogs(store), rates: makeRates(store),
 };
 const orders = makeOrders(store);
 let received = performance.now();
@@ -126,6 +131,7 @@ function summarize() {
 function checkAge() {
   const silent = (performance.now() - received) / 1000;
   document.body.classList.toggle("stale", silent > STALE);
+  views.alarms.checkSilence(silent > STALE);
   if (silent > STALE) element("summary").textContent = `no data for ${silent.toFixed(0)} s`;
 }
 

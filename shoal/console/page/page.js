@@ -59,3 +59,9 @@ export async function order(vehicle, name, words = {}) {
   say(told(vehicle, answer), kindOf(answer));
   return answer;
 }
+
+// A vehicle sends any number as time; one that is no date must not end the page.
+export function clock(time) {
+  const date = new Date(Number.isFinite(time) ? time * 1000 : NaN);
+  return Number.isNaN(date.getTime()) ? "?" : date.toISOString().split("T")[1].slice(0, 8);
+}

@@ -1,13 +1,18 @@
-// Fields of any message over time, each in a plot of its own.
+// Fields of any message over time, each in a plot of its own; all plots have one cursor.
 import { ask, byName, element, make, say } from "./page.js";
+import { makeLayouts } from "./layouts.js";
 
-const LONGEST = 3000; // points
+const LONGEST = 18000; // points: an hour
 const MOST = 8;
 const WHOLE = 120000; // ms to read a field of a whole log
+const WINDOWS = [["10 s", 10], ["1 min", 60], ["10 min", 600], ["1 h", 3600], ["all", 0]]; // s
 
 export function makePlots(store) {
-  const traces = new Map(); // path: { times, values, plot, box }
+  const traces = new Map(); // path: { times, values, plot, box, field }
+  const windows = element("plot-window");
   let fields = null;
+  windows.replaceChildren(...WINDOWS.map(([name, seconds]) => new Option(name, seconds)));
+  windows.value = "0";
 
   const sendFields = () => {
     if (store.socket?.readyState === WebSocket.OPEN) {
@@ -25,28 +30,47 @@ export function makePlots(store) {
     return true;
   };
 
+  // Whether a field is drawn from now on; the reason why not is said.
   const add = async (field) => {
     const vehicle = store.chosen, path = `${vehicle}/${field}`, name = field.split(":")[0];
-    if (!vehicle) { say("no vehicle is chosen", "warn"); return; }
-    if (!await readFields()) return;
-    if (!(name in fields)) { say(`there is no field "${name}": write it as Message.field`, "warn"); return; }
-    if (traces.has(path)) { say(`${path} is drawn already`, "warn"); return; }
-    if (traces.size >= MOST) { say(`at most ${MOST} fields are drawn: remove one first`, "warn"); return; }
+    if (!vehicle) { say("no vehicle is chosen", "warn"); return false; }
+    if (!await readFields()) return false;
+    if (!(name in fields)) { say(`there is no field "${name}": write it as Message.field`, "warn"); return false; }
+    if (traces.has(path)) { say(`${path} is drawn already`, "warn"); return false; }
+    if (traces.size >= MOST) { say(`at most ${MOST} fields are drawn: remove one first`, "warn"); return false; }
     const box = make("div");
     const unit = fields[name];
     const remove = make("button", `Remove ${path}`);
-    remove.onclick = () => { traces.delete(path); box.remove(); sendFields(); };
+    remove.onclick = () => { drop(path); sendFields(); };
     box.append(remove);
     element("plots").append(box);
     const width = Math.max(240, element("plots").clientWidth - 10);
     const series = [{}, { label: `${path} ${unit && `(${unit})`}`, stroke: "#0b57a4", width: 1.5 }];
     const color = getComputedStyle(document.body).color;
     const axes = [{ stroke: color }, { stroke: color }];
-    const plot = window.uPlot ? new window.uPlot({ width, height: 160, series, axes }, [[], []], box) : null;
+    const scales = { x: { range: (_, least, most) => shownRange(least, most) } };
+    const options = { width, height: 160, series, axes, scales, cursor: { sync: { key: "plots" } } };
+    const plot = window.uPlot ? new window.uPlot(options, [[], []], box) : null;
     if (!plot) box.append(make("output"));
-    const trace = { times: [], values: [], plot, box };
+    const trace = { times: [], values: [], plot, box, field };
     traces.set(path, trace);
     if (store.replay) await readWhole(path, trace); else sendFields();
+    return true;
+  };
+
+  const drop = (path) => {
+    const { plot, box } = traces.get(path);
+    plot?.destroy();
+    box.remove();
+    traces.delete(path);
+  };
+
+  // The times that a plot shows: the last ones, in a log those up to now.
+  const shownRange = (least, most) => {
+    const seconds = Number(windows.value);
+    if (!seconds || !Number.isFinite(most)) return [least, most];
+    const end = store.replay ? store.now : most;
+    return [end - seconds, end];
   };
 
   // A log has the whole course of a field; the cursor stands at the present time.
@@ -58,7 +82,9 @@ export function makePlots(store) {
   };
 
   const drawWhole = () => {
+    const moves = windows.value !== "0" && !element("plots-view").hidden;
     for (const { times, values, plot, box } of traces.values()) {
+      if (plot && moves && times.length) plot.setData([times, values]);
       if (plot) plot.setCursor({ left: plot.valToPos(store.now, "x"), top: 0 });
       else box.querySelector("output").textContent = ` ${values[times.findLastIndex((time) => time <= store.now)] ?? ""}`;
     }
@@ -77,6 +103,21 @@ export function makePlots(store) {
     }
   };
 
+  const setLayout = async ({ fields: wanted, window: seconds }) => {
+    if (!store.chosen) { say("no vehicle is chosen", "warn"); return; }
+    for (const path of [...traces.keys()]) drop(path);
+    sendFields();
+    windows.value = WINDOWS.some(([, each]) => each === seconds) ? String(seconds) : "0";
+    say("");
+    for (const field of wanted) await add(field);
+  };
+
+  makeLayouts({
+    get: () => ({ fields: [...traces.values()].map(({ field }) => field), window: Number(windows.value) }),
+    set: setLayout,
+    most: MOST,
+  });
+  windows.onchange = () => { for (const { plot, times, values } of traces.values()) plot?.setData([times, values]); };
   element("field-add").onclick = () => add(element("field").value.trim());
   element("field").onkeydown = (event) => { if (event.key === "Enter") add(element("field").value.trim()); };
   return { draw, open: readFields, sendFields };
