@@ -155,7 +155,7 @@ class DiveChecks:
         lat, lon, _ = position(state)
         if not math.isfinite(lat + lon):
             return DiveCheck("Position", "red", "the vehicle does not know it", "EstimatedState")
-        words, color = ["known"], "green"
+        words, color = ["its uncertainty is unknown"], "yellow"
         if doubt is not None:
             spread = 2.0 * math.sqrt(max(doubt.x, doubt.y, 0.0))
             words, color = [f"within {spread:.1f} m (2 σ)"], "green" if spread <= NEAR else "yellow"

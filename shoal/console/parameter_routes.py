@@ -56,7 +56,8 @@ class ParameterRoutes:
             here, saved = settings.of_entity(entity), await asyncio.to_thread(settings.saved, entity)
         rows = {name: _row(each, here, saved) for name, each in found.items()}
         sources = {each.source for each in found.values()}
-        note = "" if "vehicle" in sources else FROM_HERE if "Shoal" in sources else VALUES_ONLY
+        task = "" if settings is None else settings.section(entity)
+        note = f"[{task}]" if task else "" if "vehicle" in sources else FROM_HERE if "Shoal" in sources else VALUES_ONLY
         changes = self._changes.view(vehicle.system.name)
         return json_response({"ok": True, "values": rows, "note": note if rows else "", "changes": changes})
 

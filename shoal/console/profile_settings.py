@@ -50,6 +50,10 @@ class ProfileSettings:
         """The settings of the task of an entity, by name; empty if it has none."""
         return self._settings.get(label, {})
 
+    def section(self, label: str) -> str:
+        """The section of the profile whose task has an entity; empty if there is none."""
+        return self._sections.get(label, "")
+
     def saved(self, label: str) -> Mapping[str, str]:
         """What is saved for the next start, by name; empty if the file cannot be read."""
         section = self._sections.get(label)

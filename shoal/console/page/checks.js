@@ -33,7 +33,7 @@ export function makeChecks(store) {
     result.className = !answer.ok || bad ? "bad" : doubtful ? "warn" : "good";
     const time = new Date((answer.time ?? 0) * 1000).toISOString().slice(11, 19);
     result.textContent = !answer.ok ? answer.text
-      : `${bad || doubtful ? `NOT READY: ${bad} not ready, ${doubtful} to look at` : "READY"} at ${time} UTC`;
+      : `${bad || doubtful ? `NOT READY: ${bad} not ready, ${doubtful} to look at` : "READY"} (${time} UTC)`;
   };
 
   const draw = () => {
