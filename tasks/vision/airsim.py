@@ -94,6 +94,7 @@ class AirSim(ImageSaverTask):
     latency: float = param(0.05, "s", "Time from exposure to delivery on a virtual clock.", minimum=0, maximum=60)
 
     def configure(self) -> None:
+        super().configure()
         world_of(self)
         if len(self.cameras) not in (1, 5, 6):
             raise ParameterError("Cameras", f"{len(self.cameras)} instead of one, five or six")
@@ -231,7 +232,7 @@ class AirSim(ImageSaverTask):
         if estimated is None:  # after a stall, the next state has come meanwhile
             estimated = self.pose_history.pose_at(time, OLDEST)
         info = {"airsim_time": made.stamp}
-        self.publish_frame(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
+        self.share(Frame(time, self.entity.label, self.taken, made.image, info, made.optics, made.mount, pose))
         estimate = None if estimated is None else estimated.transform @ made.mount
         self._camera = made.optics, Pose.from_transform(made.mount @ np.linalg.inv(optical_to_body_transform(Pose())))
         file = (

@@ -115,6 +115,6 @@ class ExternalCameraTask(MountedCameraTask):
             time, self.taken, model, there, None if estimate is None else there, file, is_true=False
         )
         unknown = {} if optics else {"fx": math.nan, "fy": math.nan, "cx": math.nan, "cy": math.nan}
-        self.publish_frame(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
+        self.share(Frame(time, self.entity.label, self.taken, image, {"stamp": stamp}, optics, mount))
         self.publish(message.replace(**unknown))
         self.taken += 1

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import imc
 from imc.coordinates import absolute_position
-from runtime import ParameterError, State, Task, consume, param
+from runtime import ParameterError, State, consume, param
 from runtime.logs import resolve_log_folder
 from runtime.profile import resolve_root_copy
 from support.pose import Pose
@@ -24,6 +24,7 @@ from tasks.vision.cameras.picture_files import (
     picture_event_data,
     write_picture,
 )
+from tasks.vision.cameras.picture_transmission import TransmittingCameraTask
 from world.optics import CameraModel
 
 Op = imc.LoggingControl.Op
@@ -41,11 +42,11 @@ class PictureLocation(NamedTuple):
     angles: tuple[float, float, float]
 
 
-class ImageSaverTask(Task):
+class ImageSaverTask(TransmittingCameraTask):
     """A camera that writes pictures to the log: all of them, or those that Events ask for."""
 
     requires = "vision"
-    transient: ClassVar[tuple[str, ...]] = ("_folder", "_called", "_described")
+    transient: ClassVar[tuple[str, ...]] = (*TransmittingCameraTask.transient, "_folder", "_called", "_described")
 
     save_images: bool = param(
         False,
@@ -72,6 +73,7 @@ class ImageSaverTask(Task):
 
     def configure(self) -> None:
         """Reject a label whose pictures would have the names of another camera's. Raises ParameterError."""
+        super().configure()
         own = photo_name(self.entity.label, 0, 0.0)
         for other in self.vehicle.tasks:
             if (
@@ -83,6 +85,7 @@ class ImageSaverTask(Task):
                 raise ParameterError("Entity Label", reason)
 
     def start(self) -> None:
+        super().start()
         if self.save_images:
             importlib.import_module("PIL.PngImagePlugin")
         self._wanted, self._period, self._next = 0.0, 0.0, self.now

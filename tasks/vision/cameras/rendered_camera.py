@@ -256,7 +256,7 @@ class RenderedCameraTask(ImageSaverTask):
         self.report_entity_state(
             f"{index + 1} frames, {self.dropped} dropped{'' if view.is_true else ', from EstimatedState'}"
         )
-        self.publish_frame(
+        self.share(
             Frame(time, self.entity.label, index, image, self.pose_and_lens_metadata(view, optics), optics, mount, pose)
         )
         file = self.save(time, image, described) if described else ""
