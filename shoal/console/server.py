@@ -15,10 +15,12 @@ from shoal.console.access import Access
 from shoal.console.application import ConsoleApplication
 from shoal.console.authority import Authority, Journal
 from shoal.console.browser_libraries import read_browser_files
+from shoal.console.camera_answers import CameraAnswers
 from shoal.console.depth_contours import ContourAnswers
 from shoal.console.dive_check_routes import DiveCheckRoutes
 from shoal.console.foxglove import ViewerAccess
 from shoal.console.json_request import PageExtensions
+from shoal.console.live_pictures import LivePictures
 from shoal.console.log_feed import LogFeed
 from shoal.console.log_library import LogLibrary
 from shoal.console.log_link import LogLink
@@ -136,7 +138,8 @@ class ConsoleServer:
 
     def _extensions(self) -> PageExtensions:
         replay, player, systems = self._replay, self._player, self._network.systems
-        views = {**self._logs.questions, **self._rates.questions}
+        cameras = CameraAnswers(self._network, LivePictures(self._network))
+        views = {**self._logs.questions, **self._rates.questions, **cameras.questions}
         if replay is None or player is None:
             contours = ContourAnswers(lambda name: name if name in systems else None)
             views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}

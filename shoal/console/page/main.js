@@ -13,6 +13,7 @@ import { makeRates } from "./rates.js";
 import { makeParameters } from "./parameters.js";
 import { makeOrders } from "./orders.js";
 import { makeFlight } from "./flight.js";
+import { makeCameras } from "./cameras.js";
 import { makeReplay } from "./replay.js";
 import { extendTrack, tracksOf } from "./tracks.js";
 
@@ -27,7 +28,7 @@ const views = {
   map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
   replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
-  logs: makeLogs(store), rates: makeRates(store),
+  logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store),
 };
 const orders = makeOrders(store);
 let received = performance.now();

@@ -91,15 +91,18 @@ class SystemDetections:
         return [float(np.interp(time, self._times, self._columns[:, n])) for n in range(self._columns.shape[1])]
 
     def project_into_photo(
-        self, time: float, model: CameraModel, camera: LoggedCamera
+        self, time: float, model: CameraModel, camera: LoggedCamera, before: float = 0.0
     ) -> Iterator[tuple[DetectionPoint, Array, float]]:
-        """First detection of each object after a picture that shows it, its pixel, and its size (px)."""
+        """First detection of each object after a picture that shows it, its pixel, and its size (px).
+
+        Without one, the last detection counts that was at most `before` s earlier.
+        """
         state = self._at(time)
         if state is None:
             return
-        first, last = np.searchsorted(self._spot_times, (time, time + LATEST)).tolist()
+        oldest, first, last = np.searchsorted(self._spot_times, (time - before, time, time + LATEST)).tolist()
         seen: dict[tuple[int, int], DetectionPoint] = {}
-        for spot in self.spots[first:last]:
+        for spot in (*self.spots[first:last], *reversed(self.spots[oldest:first])):
             seen.setdefault((spot.entity, spot.id), spot)
         pose, readout = camera.pose, _readout(camera)
 

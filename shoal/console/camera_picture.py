@@ -1,0 +1,63 @@
+"""A picture of a camera, as a vehicle sends it: when and through which lens it was taken."""
+
+import json
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+import imc
+from shoal.console.json_request import read_object
+from shoal.logs.export import LoggedCamera
+from support.picture_headers import PictureHeader, read_picture_header
+from support.terminal_text import printable
+from world.optics import CameraModel, parse_calibration
+
+LONGEST_NAME = 64
+
+
+class PictureLens(NamedTuple):
+    """The description of a camera, and its model."""
+
+    camera: LoggedCamera
+    model: CameraModel
+
+
+class CameraPicture(NamedTuple):
+    """A picture: its time of exposure (s since 1970 UTC, by the clock of the vehicle), the label of its camera if it
+    is in the picture, and its lens if that is known.
+    """
+
+    header: PictureHeader
+    data: bytes
+    time: float
+    label: str = ""
+    lens: PictureLens | None = None
+
+
+def parse_picture(message: imc.CompressedImage) -> CameraPicture:
+    """The picture in a message. Raises ValueError with the reason why it cannot be shown."""
+    data = bytes(message.data)
+    header = read_picture_header(data)
+    told = read_object(header.comment.decode("utf-8", "replace")) if header.comment[:1] == b"{" else {}
+    time, label, lens = told.get("time"), told.get("camera"), told.get("lens")
+    known = isinstance(time, int | float) and math.isfinite(time)
+    return CameraPicture(
+        header,
+        data,
+        float(cast(float, time)) if known else message.timestamp,
+        printable(label)[:LONGEST_NAME] if isinstance(label, str) else "",
+        _parse_lens(json.dumps(lens)) if isinstance(lens, dict) else None,
+    )
+
+
+@lru_cache(maxsize=64)
+def _parse_lens(text: str) -> PictureLens | None:
+    """The camera in an entry of cameras.yaml, as JSON; None if its model is not known here."""
+    try:
+        told: dict[str, Any] = json.loads(text)
+        pose = np.array(told.pop("T_BS"), float).reshape(4, 4)
+        return PictureLens(LoggedCamera(told, pose), parse_calibration(json.dumps(told)))
+    except (LookupError, TypeError, ValueError, ArithmeticError):
+        return None
