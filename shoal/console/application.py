@@ -17,7 +17,7 @@ import imc
 from shoal.console.access import Access, PageSession
 from shoal.console.account_routes import AccountRoutes
 from shoal.console.authority import Authority, AuthorityError
-from shoal.console.foxglove import FoxgloveRoutes, ViewerAccess
+from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
 from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
 from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.parameter_routes import ParameterRoutes
@@ -53,8 +53,8 @@ class ConsoleApplication:
     """An ASGI application over a network whose event loop runs it.
 
     `hosts` are the names, with port, under which a browser reaches it; `libraries` the files of Leaflet and uPlot;
-    `viewer_access` says which Foxglove may connect. `extensions` are further requests of the page, and may take the
-    place of orders.
+    `viewer_access` says which Foxglove may connect, and `playback` is the log that it may move. `extensions` are
+    further requests of the page, and may take the place of orders.
     """
 
     def __init__(
@@ -69,6 +69,7 @@ class ConsoleApplication:
         port: int,
         extensions: PageExtensions,
         viewer_access: ViewerAccess | None = None,
+        playback: Playback | None = None,
     ) -> None:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
         self._authority = authority
@@ -86,6 +87,7 @@ class ConsoleApplication:
             viewer_access or ViewerAccess(),
             authority,
             feed.watching,
+            playback,
         )
         logged_in, instead = self._logged_in, extensions.instead_of_orders
         routes = [

@@ -62,6 +62,9 @@ class BusLink(NetworkLink):
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         self._task.request_messages(messages)
 
+    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+        self._task.release_messages(messages)
+
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         self._active_until = asyncio.get_running_loop().time() + ACTIVE
         self._set_active(True)  # before the order, so that no answer is missed

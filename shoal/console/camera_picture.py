@@ -8,7 +8,6 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 import imc
-from shoal.console.json_request import read_object
 from shoal.logs.export import LoggedCamera
 from support.picture_headers import PictureHeader, read_picture_header
 from support.terminal_text import printable
@@ -40,7 +39,7 @@ def parse_picture(message: imc.CompressedImage) -> CameraPicture:
     """The picture in a message. Raises ValueError with the reason why it cannot be shown."""
     data = bytes(message.data)
     header = read_picture_header(data)
-    told = read_object(header.comment.decode("utf-8", "replace")) if header.comment[:1] == b"{" else {}
+    told = _read_comment(header.comment)
     time, label, lens = told.get("time"), told.get("camera"), told.get("lens")
     known = isinstance(time, int | float) and math.isfinite(time)
     return CameraPicture(
@@ -50,6 +49,17 @@ def parse_picture(message: imc.CompressedImage) -> CameraPicture:
         printable(label)[:LONGEST_NAME] if isinstance(label, str) else "",
         _parse_lens(json.dumps(lens)) if isinstance(lens, dict) else None,
     )
+
+
+def _read_comment(comment: bytes) -> dict[str, object]:
+    """The object in the comment of a picture; empty for other comments."""
+    if not comment.startswith(b"{"):
+        return {}
+    try:
+        found = json.loads(comment)
+    except (ValueError, RecursionError):
+        return {}
+    return cast(dict[str, object], found) if isinstance(found, dict) else {}
 
 
 @lru_cache(maxsize=64)

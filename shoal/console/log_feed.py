@@ -33,7 +33,7 @@ class LogFeed(PageFeed):
         self._shown = 0
         for number, rows in player.states.tracks.items():
             self._tracks[player.system_name(number)] = deque([lat, lon, depth] for _, lat, lon, depth in rows)
-        player.jumped = self._restart
+        player.on_jump(self._restart)
         self._restart()
 
     def _restart(self) -> None:

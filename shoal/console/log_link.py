@@ -21,8 +21,8 @@ MOST_REASONS = 3
 class LogLink:
     """A `NetworkLink` over a log: each system in it is there, with the state that it had at the present time.
 
-    At any speed, it brings the last message of each kind and entity in a tick. `jumped` is called before the state at
-    another place. logs: the logs that it plays as one. Times are in s since the start of the log.
+    At any speed, it brings the last message of each kind and entity in a tick. logs: the logs that it plays as one.
+    Times are in s since the start of the log.
     """
 
     name: str = "log"
@@ -37,7 +37,7 @@ class LogLink:
         self.position: float = 0.0
         self.speed: float = 1.0
         self.is_playing: bool = False
-        self.jumped: Callable[[], object] = lambda: None
+        self._jump_listeners: list[Callable[[], object]] = []
         self._listener: LinkListener | None = None
         self._wanted: float | None = 0.0  # where to jump
         self._woken = asyncio.Event()
@@ -75,12 +75,29 @@ class LogLink:
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The log brings everything."""
 
+    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+        """The log brings everything."""
+
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         """Nothing can be sent to a log."""
 
     async def close(self) -> None:
         self._listener = None
         self.states.close()
+
+    @property
+    def start(self) -> float:
+        """The first time of the log (s since 1970 UTC)."""
+        return self.states.start
+
+    @property
+    def end(self) -> float:
+        """The last time of the log (s since 1970 UTC)."""
+        return self.states.start + self.states.duration
+
+    def on_jump(self, listener: Callable[[], object]) -> None:
+        """Call a function before the state at another place comes."""
+        self._jump_listeners.append(listener)
 
     def describe(self) -> dict[str, object]:
         """The page's data of the replay: times in s since the start of the log, `start` in s since 1970 UTC."""
@@ -138,7 +155,8 @@ class LogLink:
             if self._wanted == wanted:
                 self._wanted = None
                 self.position = wanted
-                self.jumped()
+                for listener in self._jump_listeners:
+                    listener()
                 self._deliver(packets)
                 self._landed.notify_all()
 

@@ -105,6 +105,7 @@ class ConsoleServer:
             self.port,
             self._extensions(),
             self._viewer_access,
+            player,
         )
         self._server = _Server(
             uvicorn.Config(

@@ -21,13 +21,18 @@ class MessageListener:
     ) -> None:
         self.lost: int = 0
         self.takes_old = takes_old
-        self._system = system
+        self.system: NetworkSystem | None = system
         self._kinds = tuple(kinds)
         self._waiting: deque[tuple[NetworkSystem, imc.Message, bytes]] = deque()
         self._news = asyncio.Event()
 
+    @property
+    def takes_all_kinds(self) -> bool:
+        """Whether it takes messages of all types."""
+        return not self._kinds
+
     def put(self, system: NetworkSystem, message: imc.Message, packet: bytes) -> None:
-        mine = self._system
+        mine = self.system
         if (mine is not None and mine is not system and message.dst != mine.id) or (
             self._kinds and not isinstance(message, self._kinds)
         ):

@@ -4,7 +4,7 @@ import asyncio
 import math
 import random
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import AsyncGenerator, Callable, Collection, Sequence
 from contextlib import suppress
 from typing import Self, TypeVar
@@ -68,6 +68,7 @@ class Network:
         self.systems: NetworkSystemTable = NetworkSystemTable()
         self.unknown_drops: dict[tuple[str, str], int] = {}
         self._listeners: list[MessageListener] = []
+        self._wide: Counter[str] = Counter()  # listeners to all messages of a system, or of all
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
         self.search: SearchReport = SearchReport(self.links, report, expects_all=expects_all)
@@ -139,6 +140,8 @@ class Network:
         """The messages from and to a system, or from all systems. To be ended with `close_listener`."""
         self.subscribe(system, kinds)
         listener = MessageListener(system, kinds, takes_old=takes_old)
+        if not kinds:
+            self._wide[EVERYBODY if system is None else system.name] += 1
         self._listeners.append(listener)
         return listener
 
@@ -152,8 +155,16 @@ class Network:
             link.subscribe(EVERYBODY if system is None else system.name, wanted)
 
     def close_listener(self, listener: MessageListener) -> None:
-        with suppress(ValueError):
-            self._listeners.remove(listener)
+        """End a listener; after the last one to all messages of a system, links are no longer asked for them."""
+        if listener not in self._listeners:
+            return
+        self._listeners.remove(listener)
+        if listener.takes_all_kinds:
+            name = EVERYBODY if listener.system is None else listener.system.name
+            self._wide[name] -= 1
+            if not self._wide[name]:
+                for link in self.links:
+                    link.unsubscribe(name, EVERYTHING)
 
     async def stream(
         self, system: NetworkSystem, kinds: Collection[type[imc.Message]] = ()

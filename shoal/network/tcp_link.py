@@ -70,6 +70,9 @@ class TCPLink:
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The vehicle's profile decides what it sends."""
 
+    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+        """The systems send the same to all consoles."""
+
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         for line in self._lines:
             if system == EVERYBODY or system in line.names.values():

@@ -113,6 +113,9 @@ class UDPLink:
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The vehicle's profile decides what it sends."""
 
+    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+        """The systems send the same to all consoles."""
+
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         # An abort is for all vehicles of a name: to miss one of two would be the dangerous mistake.
         for peer in self._everybody() if isinstance(message, imc.Abort) else self._peers.values():

@@ -63,6 +63,7 @@ class ZenohLink:
         )
         self._opener = ZenohSessionThread(self._config)
         self._wanted: dict[str, Callable[[], object] | None] = {}  # key expression: its end
+        self._requested: dict[str, None] = {}
         self._announcing: asyncio.TimerHandle | None = None
         self._answers: dict[str, Callable[[], object]] = {}  # by vehicle
         self._asked: dict[str, None] = {}
@@ -105,16 +106,29 @@ class ZenohLink:
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else key_chunk(system)
-        wanted = [f"imc/{system}/{way}{key_chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
-        if not messages:
-            wanted = [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
-        for expression in wanted:
-            if not any(_covers(other, expression) for other in self._wanted):
-                self._wanted[expression] = None
-                self._subscribe(expression)
+        self._requested |= dict.fromkeys(_expressions(system, messages))
+        self._subscribe_requested()
         for message in messages:
             self._asked[f"imc/{system}/@q/{key_chunk(message)}/*"] = None
         self._ask()
+
+    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+        """Receive no more; what else was requested, and was part of it, begins before it ends."""
+        ended = _expressions(EVERYBODY if system == EVERYBODY else key_chunk(system), messages)
+        undeclare = [self._wanted.pop(expression, None) for expression in ended]
+        for expression in ended:
+            self._requested.pop(expression, None)
+        self._subscribe_requested()
+        for end in undeclare:
+            if end is not None:
+                end()
+
+    def _subscribe_requested(self) -> None:
+        """Subscribe what was requested and is no part of another subscription."""
+        for expression in self._requested:
+            if not any(_covers(other, expression) for other in self._wanted):
+                self._wanted[expression] = None
+                self._subscribe(expression)
 
     def _announce_soon(self) -> None:
         """Announce us to those who have appeared, and from then on to all at intervals."""
@@ -333,6 +347,13 @@ def _is_of_console(packet: bytes) -> bool:
     """Whether a packet is the Announce of another console, which only vehicles need."""
     is_whole = len(packet) >= SMALLEST_PACKET
     return is_whole and imc.packet_id(packet) == imc.Announce.ID and imc.packet_source(packet) in OPERATORS
+
+
+def _expressions(system: str, messages: Collection[str]) -> list[str]:
+    """The key expressions of messages of a system, by the chunk of its name in keys."""
+    if not messages:
+        return [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
+    return [f"imc/{system}/{way}{key_chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
 
 
 def _covers(wide: str, narrow: str) -> bool:

@@ -47,7 +47,7 @@ class PageFactory(Protocol):
 
 
 class PagePackets:
-    """Packets that wait for the page: the latest of each message and entity, and all those that are events.
+    """Packets that wait for the page: the latest of each message, entity and detected object, and all events.
 
     `put` is for the kernel's thread, `take` for another one. `console` is the id under which the page sends; `wake` is
     called when an event waits. Counted: `dropped` events.
@@ -55,13 +55,14 @@ class PagePackets:
 
     def __init__(self, console: int, wake: Callable[[], object]) -> None:
         self._console, self._wake = console, wake
-        self._latest: dict[tuple[type, int], bytes] = {}
+        self._latest: dict[tuple[type, int, int], bytes] = {}
         self._events: deque[bytes] = deque(maxlen=MOST_EVENTS)  # which drops in one step: the other thread takes
         self.dropped: int = 0
 
     def put(self, message: imc.Message, packet: bytes) -> None:
         if message.dst != self._console and not isinstance(message, imc.LogBookEntry):
-            self._latest[type(message), message.src_ent] = packet
+            thing = message.id if isinstance(message, imc.EstimatedMugState) else 0  # one entity detects several
+            self._latest[type(message), message.src_ent, thing] = packet
             return
         self.dropped += len(self._events) == MOST_EVENTS
         self._events.append(packet)
@@ -183,6 +184,10 @@ class Console(Task):
         """Keep messages of some types of this vehicle, from now on while somebody looks; without any, all."""
         self._kernel.post(self._want, tuple(names))
 
+    def release_messages(self, names: Collection[str]) -> None:
+        """Keep messages no longer that were requested in the same words."""
+        self._kernel.post(self._release, tuple(names))
+
     def set_watched(self, is_watched: bool) -> None:
         """Keep the messages that were requested, or only those that cost nothing to keep."""
         self._kernel.post(self._watch, is_watched)
@@ -224,6 +229,11 @@ class Console(Task):
 
     def _want(self, names: Collection[str]) -> None:
         self._wanted |= dict.fromkeys(names or ("",))
+        self._subscribe()
+
+    def _release(self, names: Collection[str]) -> None:
+        for name in names or ("",):
+            self._wanted.pop(name, None)
         self._subscribe()
 
     def _watch(self, is_watched: bool) -> None:

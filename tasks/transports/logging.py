@@ -54,6 +54,13 @@ class Logging(Task):
         0, "MiB", "Size of Data.lsf on disk that starts a new log; 0 means no limit.", name="LSF Volume Size", minimum=0
     )
     transports: list[str] = param([], "", "Names of the messages to record; empty records all.", usable=message_named)
+    unrecorded_messages: list[str] = param(
+        ["CompressedImage"],
+        "",
+        "Names of messages that are not recorded, unless Transports names them: the pictures that consoles ask for "
+        "would fill the disk.",
+        usable=message_named,
+    )
     system_type: str = param("uuv", "", "Kind of system in Announce.", choices=SYSTEM_TYPES)
     loopback_internal_messages: bool = param(True, "", "Record the messages of this task itself.", editable=False)
 
@@ -70,6 +77,8 @@ class Logging(Task):
         self._wanted: set[type[imc.Message]] = {schema[name] for name in names.difference(self._unknown)}
         if names:
             self._wanted |= {imc.EntityInfo, imc.LoggingControl, imc.Announce}
+        unrecorded = {name for name in self.unrecorded_messages if name in schema and name not in names}
+        self._unwanted: set[type[imc.Message]] = {schema[name] for name in unrecorded}
         self._limit = self.lsf_volume_size * MIB or float("inf")
 
     def start(self) -> None:
@@ -124,8 +133,10 @@ class Logging(Task):
         """Append the packet to the log."""
         log = self._logs.current
         kind = type(message)
+        if kind in self._unwanted or (self._wanted and kind not in self._wanted):
+            return
         # Own marks are in the log already, see _mark.
-        if (self._wanted and kind not in self._wanted) or (kind is LoggingControl and self._is_mark(message)):
+        if kind is LoggingControl and self._is_mark(message):
             return
         if log is None or self._full:
             self._lose()

@@ -4,14 +4,21 @@ import asyncio
 import math
 import secrets
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import islice
 from typing import NamedTuple, Protocol
 
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY
+from runtime.logs import label_text
+from shoal.console.camera_picture import CameraPicture
+from shoal.console.detection_marks import Mark, RecentDetections
 from shoal.console.foxglove import protocol
+from shoal.console.foxglove.camera_topics import camera_topics
+from shoal.console.foxglove.playback import Playback, PlaybackState, nanoseconds, playback_state
+from shoal.console.live_pictures import LIVE_RATE, PictureSubscription
 from shoal.logs.export import CdrError, MessageTopic, MessageTopics, TopicChannels
 from shoal.network import MessageListener, Network, NetworkSystem
 
@@ -23,6 +30,7 @@ MOST_CHANNELS = 8192
 ADVERTISED_AT_ONCE = 64  # channels in a message, whose types are long
 LATEST = 1 << 31  # s since 1970, as in an MCAP file: what is later is no time
 BILLION = 1_000_000_000
+PICTURE = "CompressedImage"
 
 
 class LiveViewer(Protocol):
@@ -32,6 +40,7 @@ class LiveViewer(Protocol):
     def on_message(self, channel: int, time: int, data: bytes) -> None: ...
     def on_time(self, frame: bytes) -> None: ...
     def on_parameters(self, system: NetworkSystem, message: imc.EntityParameters) -> None: ...
+    def on_playback(self, state: PlaybackState) -> None: ...
 
 
 class LiveChannel(NamedTuple):
@@ -65,11 +74,21 @@ class _Sink:
 class LiveFeed:
     """The channels of all vehicles, and their messages for all viewers.
 
-    It receives all messages while there is a viewer. Channels keep their numbers. `counts` are of what went wrong, by
-    reason.
+    It receives all messages while there is a viewer, and asks cameras for pictures while somebody has subscribed to
+    them. Channels keep their numbers. `counts` are of what went wrong, by reason. `playback`: the log that is played.
     """
 
-    def __init__(self, network: Network, clock: Callable[[], float] = time.time) -> None:
+    def __init__(
+        self, network: Network, clock: Callable[[], float] = time.time, playback: Playback | None = None
+    ) -> None:
+        self.playback: Playback | None = playback
+        self._jumps = 0
+        self._listener: MessageListener | None = None
+        self._pictures = PictureSubscription(network)
+        self._cameras: dict[int, tuple[str, int]] = {}  # by channel: the vehicle and the entity
+        self._detections: defaultdict[str, RecentDetections] = defaultdict(RecentDetections)
+        if playback is not None:
+            playback.on_jump(self._restart)
         self.session: str = secrets.token_hex(8)
         self.counts: Counter[str] = Counter()
         self._network, self._clock = network, clock
@@ -126,8 +145,22 @@ class LiveFeed:
     def unsubscribe(self, viewer: LiveViewer, channel: int) -> None:
         self._viewers[viewer][channel] -= 1
 
+    @property
+    def playback_state(self) -> PlaybackState | None:
+        """The present state of the log; None without one."""
+        return None if self.playback is None else playback_state(self.playback, self._jumps)
+
+    def _restart(self) -> None:
+        """Forget what viewers have received: the log continues elsewhere."""
+        self._jumps += 1
+        self._latest.clear()
+        self._detections.clear()
+        self._time = 0
+        if self._listener is not None:
+            self._listener.take_all()
+
     async def _run(self) -> None:
-        listener = self._network.listen()
+        listener = self._listener = self._network.listen()
         try:
             for system in self._network.vehicles():
                 self._network.request_labels(system)
@@ -141,6 +174,11 @@ class LiveFeed:
                     for batch in _batches(new):
                         for viewer in self._viewers:
                             viewer.on_channels(batch)
+                self._ask_for_pictures()
+                if (state := self.playback_state) is not None:
+                    self._time = max(self._time, nanoseconds(self.playback.now if self.playback else 0.0))
+                    for viewer in self._viewers:
+                        viewer.on_playback(state)
                 if self._time and time.monotonic() - sent >= TIME_PERIOD:
                     sent = time.monotonic()
                     frame = protocol.time_message(self._time)
@@ -149,14 +187,24 @@ class LiveFeed:
         finally:
             self.counts["messages lost: this computer is too slow"] += listener.lost
             self._network.close_listener(listener)
+            self._listener = None
+
+    def _ask_for_pictures(self) -> None:
+        for channel, (name, entity) in self._cameras.items():
+            system = self._network.systems.get(name)
+            if system is not None and any(wanted[channel] > 0 for wanted in self._viewers.values()):
+                self._pictures.renew(system, entity, LIVE_RATE)
 
     async def _take_messages(self, listener: MessageListener) -> None:
         try:
             first = await listener.next(TIME_PERIOD)
         except TimeoutError:
             return
+        jumps = self._jumps
         await asyncio.sleep(BATCH)
         for number, (system, message) in enumerate([first, *listener.take_all()]):
+            if jumps != self._jumps:
+                return  # these are from before the jump
             self._take(system, message)
             if number % BREATH == BREATH - 1:
                 await asyncio.sleep(0)  # viewers take what waits for them meanwhile
@@ -167,10 +215,14 @@ class LiveFeed:
         if isinstance(message, imc.EntityParameters):
             for viewer in self._viewers:
                 viewer.on_parameters(system, message)
+        if isinstance(message, imc.EstimatedState | imc.EstimatedMugState):
+            self._detections[system.name].add(message)
         place = system.name, type(message).__name__, message.src_ent
         channels = self._known.get(place)
         if channels is None:
             channels = self._open(system, message)
+        if isinstance(message, imc.CameraFrame) and (system.name, PICTURE, message.src_ent) not in self._known:
+            self._open(system, imc.CompressedImage(src=message.src, src_ent=message.src_ent))
         if not channels:
             return
         moment = self._time_of(message)
@@ -197,10 +249,18 @@ class LiveFeed:
             self.counts[f"more than {MOST_CHANNELS} channels"] += 1
             return ()
         topics = self._topics.topics_of(message, system.name, label)
+        if isinstance(message, imc.CompressedImage):
+            topics += camera_topics(system.name, label_text(label, entity), partial(self._marks, system))
         names = {"system": system.name, "message": type(message).__name__}
         found = tuple(LiveChannel(self._numbers.channel(each.parts, each.type, **names), each) for each in topics)
         self._known[system.name, type(message).__name__, entity] = found
+        if isinstance(message, imc.CompressedImage):
+            own = [channel.number for channel in found if channel.topic.parts[0] == system.name]
+            self._cameras |= dict.fromkeys(own, (system.name, entity))
         return found
+
+    def _marks(self, system: NetworkSystem, picture: CameraPicture) -> list[Mark]:
+        return self._detections[system.name].marks(picture, system.label)
 
     def _encode(self, channel: LiveChannel, message: imc.Message, moment: int) -> bytes | None:
         try:

@@ -3,6 +3,7 @@
 Source: github.com/foxglove/ws-protocol, docs/spec.md; numbers in binary messages are little endian.
 """
 
+import math
 import struct
 from collections.abc import Iterable, Mapping
 from enum import IntEnum
@@ -16,8 +17,11 @@ LONGEST_NAME = 512  # characters
 _DATA = struct.Struct("<BIQ")
 _TIME = struct.Struct("<BQ")
 _CALL = struct.Struct("<BIII")
-_PUBLISH, _CALL_REQUEST = 1, 2
-_MESSAGE_DATA, _TIME_CODE, _CALL_RESPONSE = 1, 2, 3
+_PLAYBACK_REQUEST = struct.Struct("<BBfBQI")
+_PLAYBACK_STATE = struct.Struct("<BBQfBI")
+_PUBLISH, _CALL_REQUEST, _PLAYBACK_CONTROL = 1, 2, 3
+_MESSAGE_DATA, _TIME_CODE, _CALL_RESPONSE, _PLAYBACK_CODE = 1, 2, 3, 5
+PLAY, PAUSE = 0, 1
 
 Json = dict[str, Any]
 
@@ -32,6 +36,15 @@ class StatusLevel(IntEnum):
     INFO = 0
     WARNING = 1
     ERROR = 2
+
+
+class PlaybackStatus(IntEnum):
+    """What a playback does."""
+
+    PLAYING = 0
+    PAUSED = 1
+    BUFFERING = 2
+    ENDED = 3
 
 
 class _Op(msgspec.Struct, tag_field="op", rename="camel", frozen=True):
@@ -101,6 +114,15 @@ class ServiceCall(NamedTuple):
     data: bytes
 
 
+class PlaybackRequest(NamedTuple):
+    """Play or pause, at a speed, from another time (ns since 1970 UTC) if `seek` has one. `id` is in the answer."""
+
+    plays: bool
+    speed: float
+    seek: int | None
+    id: str
+
+
 Request = (
     Subscribe
     | Unsubscribe
@@ -122,8 +144,10 @@ def parse_text(text: str) -> Request:
         raise ProtocolError(f"not a request that is offered: {error}") from None
 
 
-def parse_binary(data: bytes) -> ServiceCall:
-    """The call in a binary frame. Raises ProtocolError."""
+def parse_binary(data: bytes) -> ServiceCall | PlaybackRequest:
+    """The call of a service, or the request to a playback, in a binary frame. Raises ProtocolError."""
+    if data[:1] == bytes([_PLAYBACK_CONTROL]):
+        return _parse_playback_request(data)
     if not data or data[0] != _CALL_REQUEST:
         reason = (
             "publishing is not offered" if data[:1] == bytes([_PUBLISH]) else "not a binary message that is offered"
@@ -136,6 +160,24 @@ def parse_binary(data: bytes) -> ServiceCall:
         raise ProtocolError("the encoding of a call is longer than its frame")
     end = _CALL.size + length
     return ServiceCall(service, call, data[_CALL.size : end].decode(errors="replace"), data[end:])
+
+
+def _parse_playback_request(data: bytes) -> PlaybackRequest:
+    if len(data) < _PLAYBACK_REQUEST.size:
+        raise ProtocolError("a request to a playback is longer")
+    _, command, speed, has_seek, seek, length = _PLAYBACK_REQUEST.unpack_from(data)
+    if length != len(data) - _PLAYBACK_REQUEST.size or length > LONGEST_NAME:
+        raise ProtocolError("the id of a request to a playback has another length than its frame")
+    if command not in (PLAY, PAUSE) or not math.isfinite(speed) or speed < 0.0:
+        raise ProtocolError(f"no request to a playback: command {command} at speed {speed:g}")
+    number = data[_PLAYBACK_REQUEST.size :].decode(errors="replace")
+    return PlaybackRequest(command == PLAY, speed, seek if has_seek else None, number)
+
+
+def playback_state_data(status: PlaybackStatus, time: int, speed: float, request: str, *, did_seek: bool) -> bytes:
+    """The state of a playback at a time (ns since 1970 UTC); `request` is the id of that which this answers."""
+    number = request.encode()
+    return _PLAYBACK_STATE.pack(_PLAYBACK_CODE, status, time, speed, did_seek, len(number)) + number
 
 
 def message_data(subscription: int, time: int, data: bytes) -> bytes:
@@ -158,9 +200,20 @@ def call_failure(call: ServiceCall, reason: str) -> str:
     return _text({"op": "serviceCallFailure", "serviceId": call.service, "callId": call.call, "message": reason})
 
 
-def server_info(name: str, capabilities: Iterable[str], session: str, metadata: Mapping[str, str]) -> str:
-    """The first message; a viewer that connects again knows by `session` that channels have kept their numbers."""
-    words = {"capabilities": list(capabilities), "supportedEncodings": ["cdr", "json"]}
+def server_info(
+    name: str,
+    capabilities: Iterable[str],
+    session: str,
+    metadata: Mapping[str, str],
+    span: tuple[int, int] | None = None,
+) -> str:
+    """The first message; a viewer that connects again knows by `session` that channels have kept their numbers.
+
+    `span` are the first and the last time (ns since 1970 UTC) of what is played.
+    """
+    words: Json = {"capabilities": list(capabilities), "supportedEncodings": ["cdr", "json"]}
+    for key, time in zip(("dataStartTime", "dataEndTime"), span or (), strict=False):
+        words[key] = dict(zip(("sec", "nsec"), divmod(time, 1_000_000_000), strict=True))
     return _text({"op": "serverInfo", "name": name, **words, "metadata": dict(metadata), "sessionId": session})
 
 

@@ -17,6 +17,7 @@ from shoal.console.authority import Authority
 from shoal.console.foxglove.layout import make_layout
 from shoal.console.foxglove.live_feed import LiveFeed
 from shoal.console.foxglove.parameters import ParameterAccess
+from shoal.console.foxglove.playback import Playback
 from shoal.console.foxglove.protocol import SUBPROTOCOLS
 from shoal.console.foxglove.vehicle_services import VehicleServices
 from shoal.console.foxglove.viewer_access import ViewerAccess, is_own_origin
@@ -39,7 +40,7 @@ class FoxgloveRoutes:
 
     find_vehicle: the vehicle of a name for an order; raises NetworkError. is_logged_in: whether a request has the
     cookie of a session of the page, which may watch only. `authority` decides on each order;
-    `watching()` lasts while a viewer is connected.
+    `watching()` lasts while a viewer is connected. `playback` is the log that is played.
     """
 
     own_origins: tuple[str, ...] = (PATH,)
@@ -52,9 +53,10 @@ class FoxgloveRoutes:
         access: ViewerAccess,
         authority: Authority,
         watching: Callable[[], AbstractContextManager[None]],
+        playback: Playback | None = None,
     ) -> None:
         self._network, self._find, self._is_logged_in, self._access = network, find_vehicle, is_logged_in, access
-        self._feed, self._authority, self._watching = LiveFeed(network), authority, watching
+        self._feed, self._authority, self._watching = LiveFeed(network, playback=playback), authority, watching
         self._parameters = ParameterAccess(network, lambda name: find_vehicle(name, ""))
         self._services = VehicleServices()
         self._viewers = 0

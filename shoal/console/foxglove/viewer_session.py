@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable
+from functools import partial
 from typing import Any
 
 import imc
@@ -10,7 +11,8 @@ from shoal.console.foxglove import protocol
 from shoal.console.foxglove.connection_graph import Graph, consumed_messages, published_topics, task_names
 from shoal.console.foxglove.live_feed import LiveFeed
 from shoal.console.foxglove.parameters import ParameterAccess, values_of
-from shoal.console.foxglove.protocol import ProtocolError, ServiceCall, StatusLevel
+from shoal.console.foxglove.playback import Playback, PlaybackState, control_words, nanoseconds
+from shoal.console.foxglove.protocol import PlaybackRequest, ProtocolError, ServiceCall, StatusLevel
 from shoal.console.foxglove.vehicle_services import VehicleServices, call_answer, call_words
 from shoal.console.foxglove.viewer_queue import ViewerQueue
 from shoal.console.vehicle_orders import OrderError, carry_out
@@ -53,6 +55,7 @@ class ViewerSession:
         self._bad = 0
         self._reported = 0
         self._work: set[asyncio.Task[None]] = set()
+        self._playback: PlaybackState | None = None
 
     # Called by the feed
 
@@ -70,13 +73,21 @@ class ViewerSession:
         known = {each.name: each.value for each in message.params if isinstance(each, imc.EntityParameter)}
         self._send_values(values_of(system.name, message.name, known))
 
+    def on_playback(self, state: PlaybackState) -> None:
+        """Send a state of the log that differs from the one before."""
+        if self._may_operate and state != self._playback:
+            self._send_playback(state, "", did_seek=self._playback is not None and self._playback.jumps != state.jumps)
+
     # Called by the connection
 
     def start(self) -> "asyncio.Task[None]":
         """Send what a viewer gets first, and feed it; returns what feeds it, and raises if that fails."""
         capabilities = [*WATCHING, *(["services"] if self._may_operate else [])]
+        playback = self._feed.playback if self._may_operate else None
+        span = None if playback is None else (nanoseconds(playback.start), nanoseconds(playback.end))
+        capabilities += ["playbackControl"] if span is not None else []
         role = {"role": "operate" if self._may_operate else "watch"}
-        self.queue.put_answer(protocol.server_info(NAME, capabilities, self._feed.session, role))
+        self.queue.put_answer(protocol.server_info(NAME, capabilities, self._feed.session, role, span))
         return self._feed.add(self)
 
     def end(self) -> None:
@@ -102,7 +113,7 @@ class ViewerSession:
         """Carry out a request; one that is wrong is counted, and answered with the reason."""
         try:
             if isinstance(frame, bytes):
-                self._call(protocol.parse_binary(frame))
+                self._take_binary(protocol.parse_binary(frame))
             else:
                 self._carry_out(protocol.parse_text(frame))
         except ProtocolError as error:
@@ -162,14 +173,21 @@ class ViewerSession:
         self._by_channel[channel].remove(subscription)
         self._feed.unsubscribe(self, channel)
 
-    def _do(self, work: Coroutine[Any, Any, None]) -> None:
-        """Work on a request while others are taken."""
+    def _do(self, work: Coroutine[Any, Any, None], refuse: Callable[[str], object] | None = None) -> None:
+        """Work on a request while others are taken; `refuse` gets the reason if that fails."""
         if len(self._work) >= MOST_AT_WORK:
             work.close()
             raise ProtocolError(f"{MOST_AT_WORK} requests are waiting for vehicles")
-        task = asyncio.create_task(work)
+        task = asyncio.create_task(self._answer_failure(work, refuse or self._report))
         self._work.add(task)
         task.add_done_callback(self._work.discard)
+
+    async def _answer_failure(self, work: Coroutine[Any, Any, None], refuse: Callable[[str], object]) -> None:
+        try:
+            await work
+        except Exception as error:  # nothing that a viewer asks for may leave it without an answer
+            self._feed.counts[f"requests that failed: {type(error).__name__}"] += 1
+            refuse(printable(f"the console has failed: {type(error).__name__}: {error}")[:LONGEST])
 
     async def _get_parameters(self, request: protocol.GetParameters) -> None:
         values = await self._parameters.get(request.parameter_names, self._report)
@@ -191,6 +209,33 @@ class ViewerSession:
             new, self._offered = services[self._offered :], len(services)
             self.queue.put_answer(protocol.advertise_services(each.advertisement() for each in new))
 
+    def _take_binary(self, request: ServiceCall | PlaybackRequest) -> None:
+        if isinstance(request, ServiceCall):
+            self._call(request)
+            return
+        playback = self._feed.playback
+        if playback is None:
+            raise ProtocolError("no log is played here")
+        if not self._may_operate:
+            raise ProtocolError("this viewer may watch only: the log was not moved")
+        self._do(self._control(request, playback))
+
+    async def _control(self, request: PlaybackRequest, playback: Playback) -> None:
+        """Play, pause or move the log; the answer comes in any case, with the state as it is then."""
+        try:
+            await playback.control(control_words(request, playback))
+        except ValueError as error:
+            self._report(str(error))
+        state = self._feed.playback_state
+        if state is not None:
+            self._send_playback(state, request.id, did_seek=request.seek is not None)
+
+    def _send_playback(self, state: PlaybackState, request: str, *, did_seek: bool) -> None:
+        self._playback = state
+        playback = self._feed.playback
+        now = 0 if playback is None else nanoseconds(playback.now)
+        self.queue.put_answer(protocol.playback_state_data(state.status, now, state.speed, request, did_seek=did_seek))
+
     def _call(self, call: ServiceCall) -> None:
         service = self._services.by_number.get(call.service)
         try:
@@ -199,10 +244,13 @@ class ViewerSession:
             if service is None:
                 raise ProtocolError(f"there is no service {call.service}")
             words = call_words(service, call)
-            self._do(self._order(call, service.system, service.order, words))
+            self._do(self._order(call, service.system, service.order, words), partial(self._refuse_call, call))
         except ProtocolError as error:
             self.queue.put_answer(protocol.call_failure(call, str(error)))
             raise
+
+    def _refuse_call(self, call: ServiceCall, reason: str) -> None:
+        self.queue.put_answer(protocol.call_failure(call, reason))
 
     async def _order(self, call: ServiceCall, system: str, order: str, words: Any) -> None:
         try:

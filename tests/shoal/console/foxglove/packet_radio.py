@@ -16,6 +16,9 @@ class Radio:
     def subscribe(self, system, messages):
         pass
 
+    def unsubscribe(self, system, messages):
+        pass
+
     def send(self, system, message, packet):
         pass
 
