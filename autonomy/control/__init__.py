@@ -19,7 +19,13 @@ from autonomy.control.multirotor_velocity_controller import MultirotorCommand, M
 from autonomy.control.pid import PID, PIDGains
 from autonomy.control.power_dips import PowerDips
 from autonomy.control.powered_ascent import AscentMonitor, ascent_fins, blind_ascent_fins
-from autonomy.control.remote_actions_reader import AXES, BUTTONS, RemoteActionsReader, format_actions_request
+from autonomy.control.remote_actions_reader import (
+    AXES,
+    BUTTONS,
+    RemoteActionsReader,
+    format_actions_request,
+    format_remote_actions,
+)
 from autonomy.control.speed_controller import SpeedController
 from autonomy.control.touchdown_detector import TouchdownDetector
 from autonomy.control.underwater_speed_controller import STANDSTILL, ThrusterController, ThrusterGains
@@ -67,6 +73,7 @@ __all__ = [
     "fin_torques",
     "forces_to_actuations",
     "format_actions_request",
+    "format_remote_actions",
     "rotor_actuation",
     "tilt_and_thrust",
 ]

@@ -1,12 +1,12 @@
-"""Reads an operator's buttons and axes from RemoteActions."""
+"""An operator's buttons and axes in the text of RemoteActions."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from imc.tuple_list import parse_tuple_list, parse_tuple_list_integer
 
 FULL = 127.0  # full deflection of an axis, to either side
-AXES = ("Heading", "Thrust", "Pitch")
+AXES = ("Heading", "Thrust", "Pitch", "Roll")
 BUTTONS = ("Accelerate", "Decelerate", "Stop")
 
 
@@ -52,3 +52,8 @@ class RemoteActionsReader:
 def format_actions_request(buttons: Iterable[str], axes: Iterable[str]) -> str:
     """The text of RemoteActionsRequest that offers buttons and axes to a console."""
     return ";".join([*(f"{b}=Button" for b in buttons), *(f"{a}=Axis" for a in axes), f"Ranges=Range{FULL:.0f}"])
+
+
+def format_remote_actions(shares: Mapping[str, float]) -> str:
+    """The text of RemoteActions for axes by name, in shares of full deflection, -1 to 1."""
+    return ";".join(f"{name}={round(share * FULL)}" for name, share in shares.items())

@@ -24,6 +24,7 @@ from shoal.console.parameter_routes import ParameterRoutes
 from shoal.console.plan_path import plan_path
 from shoal.console.replay_answers import REJECTED
 from shoal.console.request_guard import RequestGuard
+from shoal.console.steering_routes import SteeringRoutes
 from shoal.console.tiles import TileSets
 from shoal.console.users import Role
 from shoal.console.vehicle_orders import OrderError
@@ -96,6 +97,7 @@ class ConsoleApplication:
             Route("/healthz", self._health),
             Route("/register_service", self._register_service),
             *self._accounts.routes,
+            *SteeringRoutes(access, authority, self._cookie, lambda name: self._vehicle(name, "steer")).routes,
             Route("/api/order", logged_in(instead or self._order), methods=["POST"]),
             Route("/api/plans", logged_in(instead or self._plans)),
             Route("/api/parameters", logged_in(instead or self._parameters.values)),

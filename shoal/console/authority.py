@@ -42,11 +42,23 @@ class Authority:
             raise AuthorityError(f"no such order: {clip(order, LONGEST_NOTE)!r}")
         self.require_role(session.user, ROLES[order])
         if order != "abort":
-            try:
-                self.leases.require(vehicle, session.number, session.user.name)
-            except LeaseError as error:
-                raise AuthorityError(str(error)) from None
-        self._journal(vehicle, f"{session.user.name}: {printable(_order_text(order, words))}")
+            self._require_lease(session, vehicle)
+        self.note(vehicle, f"{session.user.name}: {printable(_order_text(order, words))}")
+
+    def require_operator(self, session: PageSession, vehicle: str) -> None:
+        """Raises AuthorityError unless the session may operate a vehicle and has its lease; it takes a free one."""
+        self.require_role(session.user, Role.OPERATE)
+        self._require_lease(session, vehicle)
+
+    def note(self, vehicle: str, text: str) -> None:
+        """Write a text into the log book of a vehicle."""
+        self._journal(vehicle, text)
+
+    def _require_lease(self, session: PageSession, vehicle: str) -> None:
+        try:
+            self.leases.require(vehicle, session.number, session.user.name)
+        except LeaseError as error:
+            raise AuthorityError(str(error)) from None
 
     def require_role(self, user: User, role: Role) -> None:
         """Raises AuthorityError if a user has not this role, or is not in the vehicle's list of consoles."""

@@ -87,8 +87,8 @@ async def surface(vehicle: AsyncRemoteVehicle) -> str:
     return await _start(vehicle, sequential_plan(SURFACE, {"up": maneuver}))
 
 
-async def start(vehicle: AsyncRemoteVehicle, plan: str) -> str:
-    """Start a stored plan. Raises OrderError, NetworkError."""
+async def start(vehicle: AsyncRemoteVehicle, plan: str | imc.PlanSpecification) -> str:
+    """Start a stored plan, or one that is sent with the order. Raises OrderError, NetworkError."""
     if not plan:
         raise OrderError("name a plan")
     return await _start(vehicle, plan)

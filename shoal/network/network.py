@@ -273,9 +273,9 @@ class Network:
         self._request = self._request % 0xFFFE + 1
         return self._request
 
-    def send(self, system: NetworkSystem, message: imc.Message) -> bytes:
-        """Send a message to a system in the name of this console; returns the packet."""
-        packet = imc.encode(self.with_header(system, message))
+    def send(self, system: NetworkSystem, message: imc.Message, entity: int = 0) -> bytes:
+        """Send a message to a system in the name of this console, or of an entity of it; returns the packet."""
+        packet = imc.encode(self.with_header(system, message).replace(src_ent=entity))
         self._send(system, message, packet)
         return packet
 

@@ -15,6 +15,7 @@ import { makeOrders } from "./orders.js";
 import { makeFlight } from "./flight.js";
 import { makeCameras } from "./cameras.js";
 import { makeReplay } from "./replay.js";
+import { makeSteer } from "./steer.js";
 import { extendTrack, tracksOf } from "./tracks.js";
 
 const STALE = 3; // s without data
@@ -28,7 +29,7 @@ const views = {
   map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
   replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
-  logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store),
+  logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store), steer: makeSteer(store),
 };
 const orders = makeOrders(store);
 let received = performance.now();

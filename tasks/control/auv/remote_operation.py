@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 import imc
-from autonomy.control import AXES, RemoteActionsReader
+from autonomy.control import RemoteActionsReader
 from runtime import param
 from tasks.control.remote_operation_task import Enable, Loops, RemoteActionsTask
 
@@ -16,7 +16,7 @@ class RemoteOperation(RemoteActionsTask):
     vehicle holds its depth. Everything goes to neutral if the operator falls silent or EstimatedState is missing.
     """
 
-    axes: ClassVar[tuple[str, ...]] = AXES
+    axes: ClassVar[tuple[str, ...]] = ("Heading", "Thrust", "Pitch")
     loops: ClassVar[int] = Loops.SPEED | Loops.YAW_RATE | Loops.PITCH
 
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)

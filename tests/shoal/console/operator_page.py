@@ -95,7 +95,8 @@ def assert_line(process: subprocess.Popen[str]) -> str:
 def vehicle_page(folder: Path, *words: str, profile: str = "lauv-noptilus-1") -> Iterator[OperatorPage]:
     """A vehicle in a process of its own that talks to nobody but its page."""
     others = [f"Transports.{name}" for name in ("Announce", "Discovery", "FTP", "MAVLink", "TCP.Server", "UDP")]
-    off = [*others, "Simulators.MUGDetectionCamera", "Plan.Autostart", "Monitors.HostResources"]
+    camera = ["Simulators.MUGDetectionCamera"] if profile.startswith("lauv") else []
+    off = [*others, *camera, "Plan.Autostart", "Monitors.HostResources"]
     settings = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
     command = [sys.executable, "-m", "shoal.cli", "run", profile, "-p", "Simulation", "--clock", "4x"]
     command += ["--set", "Transports.Console:Port=0", *settings, *words]
