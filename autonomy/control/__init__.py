@@ -14,6 +14,7 @@ from autonomy.control.heading_controller import HORIZONTAL, HeadingController
 from autonomy.control.immersion_detector import ImmersionDetector
 from autonomy.control.landing_reasons import LandingReasons
 from autonomy.control.measured_depth import DepthCondition, MeasuredDepth
+from autonomy.control.message_delay import MessageDelay
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
 from autonomy.control.multirotor_velocity_controller import MultirotorCommand, MultirotorController, MultirotorGains
 from autonomy.control.pid import PID, PIDGains
@@ -55,6 +56,7 @@ __all__ = [
     "ImmersionDetector",
     "LandingReasons",
     "MeasuredDepth",
+    "MessageDelay",
     "MultirotorCommand",
     "MultirotorController",
     "MultirotorGains",

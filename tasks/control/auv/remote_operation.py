@@ -6,10 +6,10 @@ from typing import ClassVar
 import imc
 from autonomy.control import RemoteActionsReader
 from runtime import param
-from tasks.control.remote_operation_task import Enable, Loops, RemoteActionsTask
+from tasks.control.remote_operation_task import Enable, Loops, ThrustActionsTask
 
 
-class RemoteOperation(RemoteActionsTask):
+class RemoteOperation(ThrustActionsTask):
     """Turns RemoteActions into thrust, heading rate, and pitch or depth, while the loop TELEOPERATION is enabled.
 
     Heading, Thrust and Pitch are axes; Accelerate, Decelerate and Stop change the thrust. With Pitch released the
@@ -21,8 +21,9 @@ class RemoteOperation(RemoteActionsTask):
 
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 
-    def publish_further_references(self, operator: RemoteActionsReader, *, blind: bool) -> None:
-        """Pitch, or hold the depth if no pitch is commanded."""
+    def publish_references(self, operator: RemoteActionsReader, *, blind: bool) -> None:
+        """Also pitch, or hold the depth if no pitch is commanded."""
+        super().publish_references(operator, blind=blind)
         share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
         if blind or share or depth < 0.0:
             self._control(Loops.PITCH, Loops.DEPTH)

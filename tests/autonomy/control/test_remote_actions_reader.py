@@ -24,5 +24,5 @@ def test_one_system_may_be_the_only_one_and_what_there_is_is_offered():
     operator.reset("src=16385")
     assert operator.source == 16385
     assert format_actions_request(BUTTONS, AXES) == (
-        "Accelerate=Button;Decelerate=Button;Stop=Button;Heading=Axis;Thrust=Axis;Pitch=Axis;Ranges=Range127"
+        "Accelerate=Button;Decelerate=Button;Stop=Button;Heading=Axis;Thrust=Axis;Pitch=Axis;Roll=Axis;Ranges=Range127"
     )

@@ -8,7 +8,7 @@ from lean import BLIND, UNLOGGED
 
 import imc
 from imc.tuple_list import parse_tuple_list, parse_tuple_list_integer
-from runtime import State
+from runtime import State, Task
 from runtime.testing import simulate
 from shoal.missions import prepare
 from tasks.control.auv.remote_operation import RemoteOperation
@@ -136,6 +136,27 @@ def test_nonsense_beside_sense_costs_itself_alone():
     run = steered(*held("Thrust=abc;Heading=127;Fly=1"))
     assert last(run, imc.DesiredHeadingRate) == pytest.approx(math.radians(40.0))
     assert "remote actions are not numbers: Thrust=abc" in run.log
+
+
+class DelayedConsole(Task):
+    """Commands of a console whose clock is an hour fast: five that come at once, and eight that come together later."""
+
+    def start(self):
+        quick = [(1.0 + 0.2 * k, 1.0 + 0.2 * k) for k in range(5)]
+        queued = [(2.0 + 0.2 * k, 6.0 + 0.01 * k) for k in range(8)]
+        for sent, arrives in [*quick, *queued]:
+            ahead = imc.RemoteActions(actions="Thrust=127")
+            packet = imc.encode_with_header(ahead, self.now + 3600.0 + sent, CCU, 3, OWN, 0xFF)
+            self.after(arrives, self.relay, packet)
+
+
+def test_actions_that_were_on_the_way_for_long_are_not_obeyed():
+    states = [imc.EstimatedState(timestamp=0.05 * k, depth=3.0) for k in range(140)]
+    run = simulate([RemoteOperation, DelayedConsole], [enabled(), *states], seconds=7.0)
+    thrusts = [(m.timestamp - run.vehicle.start_time, m.value) for m in run.of(imc.DesiredSpeed)]
+    assert max(value for time, value in thrusts if time < 2.0) == pytest.approx(70.0)
+    assert {value for time, value in thrusts if time > 4.0} == {0.0}
+    assert run.task.entity.description == "no remote action for 2 s: the latest came 2.7 s late"
 
 
 def test_a_console_is_told_what_there_is():

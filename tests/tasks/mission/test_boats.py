@@ -129,6 +129,30 @@ def test_an_operator_steers(boat):
 
 
 @pytest.mark.heavy
+def test_an_operator_who_steers_out_of_the_area_is_stopped():
+    async def steer(vehicle, script):
+        await script.sleep(10.0)
+        for _ in range(300):
+            script.publish(imc.RemoteActions(actions="Thrust=127", dst=vehicle.system))
+            await script.sleep(0.2)
+
+    area = [
+        f"Monitors.OperationalLimits:Initial Setting - Area {each}"
+        for each in ("Center=41.185, -8.7062", "Size=30, 30")
+    ]
+    modes = []
+
+    async def steer_and_note(vehicle, script):
+        vehicle.observe(imc.VehicleState, lambda m: modes.append((m.op_mode, m.last_error)))
+        await steer(vehicle, script)
+
+    voyage = sail("otter", plan_of(imc.Teleoperation()), *area, happen=steer_and_note, until=70.0)
+    assert imc.VehicleState.OpMode.ERROR in [mode for mode, _ in modes]
+    assert max(math.hypot(m.x, m.y) for m in voyage.of(imc.SimulatedState)) < 40.0
+    assert abs(voyage.of(imc.SimulatedState)[-1].u) < 0.3
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize("boat", BOATS)
 def test_equal_voyages_are_equal(boat):
     plan = plan_of(goto(20, 10))
