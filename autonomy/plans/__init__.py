@@ -11,6 +11,7 @@ from autonomy.plans.duration_energy_forecast import (
 from autonomy.plans.estimate import LATENESS, LatLon, ManeuverEstimate, Powertrain, estimate_maneuver, waypoints
 from autonomy.plans.graph import Actions, PlanError, PlanGraph, PlanNode, parse_graph
 from autonomy.plans.limit_violations import PlanBounds, area_violations, flight_violations, is_airborne
+from autonomy.plans.place_in_plan import remaining_plan_at
 from autonomy.plans.plan_estimate import PlanEstimate, format_percent
 from autonomy.plans.preflight import Preflight, PreflightOptionError
 from autonomy.plans.sequence import FINISH, main_sequence, remaining_plan, sequential_plan, sequential_transitions
@@ -50,6 +51,7 @@ __all__ = [
     "parse_graph",
     "plan_from_template",
     "remaining_plan",
+    "remaining_plan_at",
     "sequential_plan",
     "sequential_transitions",
     "value_range_violations",
