@@ -14,6 +14,7 @@ from support.file_errors import describe_os_error
 MOST_ANSWER = 16 << 20  # bytes
 LOWER_PRIORITY = 10
 FAILED = 1
+PART = "part"  # the key of a part of an answer
 
 
 class PageJobError(Exception):
@@ -28,8 +29,18 @@ class PageJob:
         self._process: asyncio.subprocess.Process | None = None
         self._is_busy = self._is_cancelled = False
 
-    async def run(self, job: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to a job. Raises PageJobError if another one runs, it is cancelled, or it fails."""
+    @property
+    def is_busy(self) -> bool:
+        """Whether a job runs."""
+        return self._is_busy
+
+    async def run(
+        self, job: Mapping[str, Any], on_part: Callable[[dict[str, Any]], object] = lambda _: None
+    ) -> dict[str, Any]:
+        """The answer to a job; `on_part` gets the parts that come before it.
+
+        Raises PageJobError if another job runs, this one is cancelled, or it fails.
+        """
         if self._is_busy:
             raise PageJobError("the one before is not finished: wait, or cancel it")
         self._is_busy, self._is_cancelled = True, False
@@ -45,6 +56,9 @@ class PageJob:
                     process.kill()
                 process.stdin.write(json.dumps(job).encode() + b"\n")  # its end stays open: the worker ends with it
                 line = await process.stdout.readline()
+                while PART in (found := _read(line)) and not self._is_cancelled:
+                    on_part(found[PART])
+                    line = await process.stdout.readline()
             finally:
                 if process.returncode is None:
                     process.kill()
@@ -60,8 +74,7 @@ class PageJob:
             raise PageJobError("cancelled")
         if not line:
             raise PageJobError(f"the worker has ended with status {status}, without an answer")
-        found: dict[str, Any] = json.loads(line)
-        return found
+        return _read(line)
 
     def cancel(self) -> None:
         """End the job that runs."""
@@ -70,7 +83,15 @@ class PageJob:
             self._process.kill()
 
 
+def _read(line: bytes) -> dict[str, Any]:
+    """Raises ValueError for what is no JSON."""
+    found: dict[str, Any] = json.loads(line) if line else {}
+    return found
+
+
 Work = Callable[[dict[str, Any]], dict[str, Any]]
+PartialWork = Callable[[dict[str, Any], Callable[[dict[str, Any]], None]], dict[str, Any]]
+"""Work that gives parts of its answer to a function while it goes on."""
 
 
 def answer_job(work: Work, name: str, *refusals: type[Exception]) -> None:
@@ -78,6 +99,11 @@ def answer_job(work: Work, name: str, *refusals: type[Exception]) -> None:
 
     Errors are answers, too: `refusals` by their own text, those of a task of the vehicle as a failure of `name`.
     """
+    answer_job_in_parts(lambda job, _: work(job), name, *refusals)
+
+
+def answer_job_in_parts(work: PartialWork, name: str, *refusals: type[Exception]) -> None:
+    """As `answer_job`, with parts before the answer."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what the work prints is no answer
     line = sys.stdin.buffer.readline()
@@ -85,13 +111,18 @@ def answer_job(work: Work, name: str, *refusals: type[Exception]) -> None:
         return
     os.nice(LOWER_PRIORITY)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    answers.write(json.dumps(_answer(work, name, refusals, json.loads(line))).encode() + b"\n")
-    answers.flush()
+
+    def write(answer: dict[str, Any]) -> None:
+        answers.write(json.dumps(answer).encode() + b"\n")
+        answers.flush()
+
+    job = json.loads(line)
+    write(_answer(lambda: work(job, lambda part: write({PART: part})), name, refusals))
 
 
-def _answer(work: Work, name: str, refusals: tuple[type[Exception], ...], job: dict[str, Any]) -> dict[str, Any]:
+def _answer(work: Callable[[], dict[str, Any]], name: str, refusals: tuple[type[Exception], ...]) -> dict[str, Any]:
     try:
-        return work(job)
+        return work()
     except refusals as error:
         return {"ok": False, "text": str(error)}
     except OSError as error:

@@ -65,7 +65,8 @@ def fly_plan(text: str, profile: str, place: tuple[float, float] | None = None) 
     plan = parse_plan(text)
     loaded = load_profile(profile)
     with tempfile.TemporaryDirectory() as folder:
-        made = prepare(profile, overrides=_overrides(loaded, place), log_root=None, state_folder=Path(folder) / "db")
+        options = flight_overrides(loaded, place)
+        made = prepare(profile, overrides=options, log_root=None, state_folder=Path(folder) / "db")
         seabed = read_world(loaded.value, offset, loaded.find_file).seabed
         recorder = FlightRecorder(made.vehicle, seabed)
         gc.freeze()
@@ -78,7 +79,7 @@ def fly_plan(text: str, profile: str, place: tuple[float, float] | None = None) 
     return {"ok": report.completed, "text": _describe(plan.plan_id, report, rows), "rows": _thinned(rows)}
 
 
-def _overrides(profile: Profile, place: tuple[float, float] | None) -> list[str]:
+def flight_overrides(profile: Profile, place: tuple[float, float] | None) -> list[str]:
     """Options that leave out what the flight does not need, and begin it at a place."""
     found: list[str] = []
     for name, section in profile.config.sections.items():

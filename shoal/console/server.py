@@ -18,6 +18,7 @@ from shoal.console.browser_libraries import read_browser_files
 from shoal.console.camera_answers import CameraAnswers
 from shoal.console.depth_contours import ContourAnswers
 from shoal.console.dive_check_routes import DiveCheckRoutes
+from shoal.console.forecast_routes import ForecastRoutes
 from shoal.console.foxglove import ViewerAccess
 from shoal.console.json_request import PageExtensions
 from shoal.console.live_pictures import LivePictures
@@ -54,7 +55,8 @@ class ConsoleServer:
     writes into the log book of a vehicle: by default by a LogBookEntry. `refusal(user)` is why a vehicle takes no
     orders of a user. `on_viewer()` is called when a page or a viewer is opened. `settings` are those of the profile of
     the vehicle in this process, and `counter` counts its messages; by default those that arrive are counted. The page
-    lists the logs below `log_root`, or those that are played.
+    lists the logs below `log_root`, or those that are played. `allows_forecasts` is whether the pages may have
+    forecasts made, which take half a core.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class ConsoleServer:
         on_viewer: Callable[[], object] = lambda: None,
         settings: ProfileSettings | None = None,
         counter: MessageCounter | None = None,
+        allows_forecasts: bool = True,
     ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
@@ -90,6 +93,7 @@ class ConsoleServer:
         self._settings = settings
         self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
         self._rates = MessageRates(network, counter, player)
+        self._forecasts = ForecastRoutes(network, is_allowed=allows_forecasts)
         leases = authority.leases.view
         self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
@@ -144,7 +148,9 @@ class ConsoleServer:
         if replay is None or player is None:
             contours = ContourAnswers(lambda name: name if name in systems else None)
             views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}
-            return PageExtensions(views, {**self._flights.orders, **self._logs.orders}, settings=self._settings)
+            views |= self._forecasts.questions
+            orders = {**self._flights.orders, **self._logs.orders, **self._forecasts.orders}
+            return PageExtensions(views, orders, settings=self._settings)
         configuration = player.states.path.parent / CONFIGURATION
         contours = ContourAnswers(lambda name: configuration if name in systems else None)
         checks = DiveCheckRoutes(self._network, lambda: player.now, is_live=False)
@@ -184,7 +190,7 @@ class ConsoleServer:
             for task in done:
                 task.result()
         finally:
-            for worker in (self._flights, self._logs, self._rates):
+            for worker in (self._flights, self._logs, self._rates, self._forecasts):
                 worker.close()
             if self._replay is not None:
                 self._replay.close()

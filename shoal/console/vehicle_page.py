@@ -53,6 +53,7 @@ class VehiclePage(PageServer):
             log_root=task.vehicle.log_root / task.system_name,
             settings=settings,
             counter=BusCounter(task),
+            allows_forecasts=task.forecast,
         )
         link.is_watched = lambda: self._server.is_watched
         self.is_secure: bool = security.is_open

@@ -112,6 +112,13 @@ class Console(Task):
     )
     map_tiles: str = param("", "", "Folder with map tiles, .mbtiles and .pmtiles files.", editable=False)
 
+    forecast: bool = param(
+        False,
+        "",
+        "Let users of the page simulate the rest of the running plan on this computer, which takes half a core.",
+        editable=False,
+    )
+
     loopback_internal_messages: bool = param(
         True, "", "Show the messages of this task itself: they name what users do.", editable=False
     )

@@ -14,6 +14,7 @@ import { makeParameters } from "./parameters.js";
 import { makeOrders } from "./orders.js";
 import { makeFlight } from "./flight.js";
 import { makeCameras } from "./cameras.js";
+import { makeForecast } from "./forecast.js";
 import { makeReplay } from "./replay.js";
 import { makeSteer } from "./steer.js";
 import { extendTrack, tracksOf } from "./tracks.js";
@@ -30,6 +31,7 @@ const views = {
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
   replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
   logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store), steer: makeSteer(store),
+  forecast: makeForecast(store),
 };
 const orders = makeOrders(store);
 let received = performance.now();

@@ -22,6 +22,7 @@ export function makeMap(store) {
   const grid = L.layerGroup().addTo(map), plan = L.layerGroup().addTo(map), drawn = L.layerGroup().addTo(map);
   const shown = new Map(); // vehicle: { marker, circle, lines, track, dropped, count, line, color, run }
   const contours = L.layerGroup().addTo(map), flight = L.layerGroup().addTo(map);
+  store.map = map; // for views that draw layers of their own
   let placed = false;
   let contoured = ""; // the vehicle whose contours are drawn
   let tiled = false;
