@@ -85,7 +85,7 @@ class LogRoutes:
     async def _make_report(self, request: Request) -> Response:
         key = (await json_object(request)).get("log")
         try:
-            path = self._library.path(key if isinstance(key, str) else "")
+            path, name = self._library.path(key := key if isinstance(key, str) else ""), self._library.name(key)
             async with asyncio.timeout(LONGEST):
                 found = await self._worker.run({"log": str(path)})
         except (LogLibraryError, PageJobError) as error:
@@ -93,9 +93,9 @@ class LogRoutes:
         except TimeoutError:
             return _refusal(f"the report was not finished within {LONGEST:.0f} s: `shoal log report` has no limit")
         if not found["ok"]:
-            return _refusal(found["text"])
-        self._reports.pop(str(key), None)
-        self._reports[str(key)] = str(found["page"]).encode(errors="replace")
+            return _refusal(str(found["text"]).replace(str(path), name))
+        self._reports.pop(key, None)
+        self._reports[key] = str(found["page"]).encode(errors="replace")
         while len(self._reports) > MOST_REPORTS:
             del self._reports[next(iter(self._reports))]
         return json_response({"ok": True, "text": "the report is made"})
