@@ -7,6 +7,7 @@ and of ten (5 % and 20 MB more, no gap of the kernel that is 20 ms longer); exit
 """
 
 import argparse
+import gzip
 import re
 import statistics
 import sys
@@ -91,8 +92,9 @@ def interval(ratios: list[float]) -> tuple[float, float]:
 
 
 def first_load(page: OperatorPage) -> tuple[int, int]:
-    """Bytes of the page with all its files, and of the JavaScript among them that is our own."""
+    """Bytes that are sent for the page with all its files, and those of our own JavaScript."""
     index = page.request("GET", "/")[1]
+    sent = len(gzip.compress(index))
     waiting, sizes = re.findall(r'(?:href|src)="/files/([^"]+)"', index.decode()), dict[str, int]()
     own = 0
     while waiting:
@@ -101,11 +103,11 @@ def first_load(page: OperatorPage) -> tuple[int, int]:
             continue
         status, data, _ = page.request("GET", f"/files/{name}")
         assert status == 200, name
-        sizes[name] = len(data)
+        sizes[name] = len(page.request("GET", f"/files/{name}", **{"Accept-Encoding": "gzip"})[1])
         if name.endswith(".js") and name not in ("leaflet.js", "uplot.js"):
             own += len(data)
             waiting += re.findall(r'from "\./([^"]+)"', data.decode())
-    return len(index) + sum(sizes.values()), own
+    return sent + sum(sizes.values()), own
 
 
 def longest_gap(folder: Path, begin: float, end: float) -> float:

@@ -3,7 +3,6 @@
 import asyncio
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
-from importlib.resources import files
 from typing import Any, cast
 
 from starlette.applications import Starlette
@@ -20,6 +19,7 @@ from shoal.console.authority import Authority, AuthorityError
 from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
 from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
 from shoal.console.page_feed import PageFeed, Viewer
+from shoal.console.page_files import PageFiles
 from shoal.console.parameter_routes import ParameterRoutes
 from shoal.console.plan_path import plan_path
 from shoal.console.replay_answers import REJECTED
@@ -32,7 +32,6 @@ from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
 COOKIE = "shoal-console-{port}"  # cookies do not distinguish ports
-MEDIA = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 MOST_VIEWERS, MOST_WATCHING = 32, 24  # pages; those of users who may watch only leave some to the others
 CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
@@ -76,8 +75,6 @@ class ConsoleApplication:
         self._authority = authority
         self._cookie = COOKIE.format(port=port)
         self._accounts = AccountRoutes(access, authority, self._cookie, self._knows)
-        self._files = {name: data for name, data in libraries.items()}
-        self._files |= {item.name: item.read_bytes() for item in files("shoal.console").joinpath("page").iterdir()}
         self._parameters = ParameterRoutes(self._vehicle, extensions.settings)
         self._viewers = 0
         self._plays_log = extensions.instead_of_orders is not None
@@ -92,8 +89,7 @@ class ConsoleApplication:
         )
         logged_in, instead = self._logged_in, extensions.instead_of_orders
         routes = [
-            Route("/", self._page),
-            Route("/files/{name}", self._file),
+            *PageFiles(libraries).routes,
             Route("/healthz", self._health),
             Route("/register_service", self._register_service),
             *self._accounts.routes,
@@ -135,16 +131,6 @@ class ConsoleApplication:
             return await answer(request)
 
         return checked
-
-    async def _page(self, _: Request) -> Response:
-        return Response(self._files["index.html"], media_type=MEDIA[".html"])
-
-    async def _file(self, request: Request) -> Response:
-        name = request.path_params["name"]
-        data = self._files.get(name)
-        if data is None:
-            return PlainTextResponse("no such file", 404)
-        return Response(data, media_type=MEDIA["." + name.rpartition(".")[2]])
 
     async def _health(self, _: Request) -> Response:
         return PlainTextResponse("ok")
