@@ -53,6 +53,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
 SERVING = {  # a part that stands beside the one task that it serves, since the task is not a folder
     "tasks.control.autopilot.autopilot_connection_url": "tasks.control.autopilot.mavlink",
     "tasks.control.autopilot.autopilot_parameters": "tasks.control.autopilot.mavlink",
+    "tasks.control.uav.multirotor_parameters": "tasks.control.uav.autopilot",
     "tasks.plan.actions": "tasks.plan.engine",
     "tasks.plan.execution_progress": "tasks.plan.engine",
     "tasks.plan.plan_check": "tasks.plan.engine",

@@ -100,6 +100,16 @@ class MultirotorController:
         usual = self.gains.landing_rate if low else self.gains.descent
         return north, east, usual if descent is None else descent
 
+    @property
+    def level_command(self) -> MultirotorCommand:
+        """The command that lets it sink slowly, level, however long it stands."""
+        return MultirotorCommand(0.0, 0.0, 0.0, BLIND_THRUST * self.weight)
+
+    def blind_descent_rate(self, height: float | None) -> float:
+        """Descent (m/s) without a state at a measured height (m), None if nothing measures it."""
+        low = height is not None and height < self.gains.landing_altitude
+        return min(DESCENT, self.gains.landing_rate) if low else DESCENT
+
     def below_fence(self, velocity: Vector, room: float) -> Vector:
         """A velocity (m/s north, east, down) that stays `room` (m) below a limit of altitude, or comes back to it."""
         return velocity[0], velocity[1], max(velocity[2], -self.gains.position * room)

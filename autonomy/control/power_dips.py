@@ -16,7 +16,8 @@ GENTLE = 2.0  # m/s; the descent at the end of a loss, at most
 FASTEST_RISE = 3.0  # m/s before a loss; what a longer one needs is more than rotors give in time
 CHANGE, SPARE = 0.5 * GRAVITY, 0.2  # m/s², s: how fast the descent changes before a loss, and how much earlier
 LEAST_DESCENT = 0.4  # s between two losses in which it descends; with less it would never arrive
-SHOWS = 0.15, 0.15  # s, share of gravity: what is still carried after so long without power stands on the ground
+IDLE, SUPPORT = 0.6, 0.15  # share of the weight, of gravity: rotors that do not carry it, a force that the ground makes
+SHOWS, SHOWS_UNPOWERED = 0.3, 0.15  # s; what is still carried after so long stands on the ground
 
 
 class PowerDips:
@@ -70,19 +71,22 @@ class PowerDips:
         """The shortest interval (s) of the last ones."""
         return min(after - before for before, after in zip(self._begins, list(self._begins)[1:], strict=False))
 
-    def stands(self, now: float, force: float | None) -> bool:
-        """Whether something else carries it while the rotors do not: it still feels its weight (`force`, m/s²)."""
-        after, apart = SHOWS
-        if self.powered or force is None or abs(force - GRAVITY) > apart * GRAVITY:
+    def stands(self, now: float, force: float | None, share: float = 0.0) -> bool:
+        """Whether something else carries it while the rotors do not: it still feels its weight (`force`, m/s²).
+
+        The rotors do not without power and, where losses repeat, if their thrust is a small `share` of the weight.
+        """
+        lifts = self.powered and not (share < IDLE and self.has_repeated(now))
+        if lifts or force is None or abs(force - GRAVITY) > SUPPORT * GRAVITY:
             self._carried = math.inf
             return False
         self._carried = min(self._carried, now)
-        return now - self._carried >= after
+        return now - self._carried >= (SHOWS if self.powered else SHOWS_UNPOWERED)
 
-    def descent(self, now: float) -> float:
-        """The speed downward (m/s) to aim for at a time (s) in a descent."""
+    def descent(self, now: float, usual: float = DESCENT) -> float:
+        """The speed downward (m/s) to aim for at a time (s) in a descent, without losses the `usual` one."""
         urgent = self.urgent_descent(now)
-        return DESCENT if urgent is None else urgent
+        return usual if urgent is None else urgent
 
     def urgent_descent(self, now: float) -> float | None:
         """The same where the power fails again and again, else None.
@@ -95,6 +99,7 @@ class PowerDips:
         least = GENTLE - GRAVITY * (self._longest + SPIN_UP)
         lead = (DESCENT - least) / CHANGE + SPARE
         possible = least >= -FASTEST_RISE and interval - self._longest - lead >= LEAST_DESCENT
-        if not possible or since > MISSED * interval:  # two losses at the same time have no interval
+        rests = self._carried < math.inf  # perhaps: it would lift off
+        if rests or not possible or since > MISSED * interval:  # two losses at the same time have no interval
             return DESCENT
         return least if interval - since % interval < lead else DESCENT

@@ -3,19 +3,20 @@
 import math
 
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY
-from autonomy.control.power_dips import PowerDips
+from autonomy.control.power_dips import IDLE, SUPPORT, PowerDips
 
 DESCENDS = 0.05  # m/s; a slower descent is none
 STILL, UNLOADED, RESTS = 0.3, 0.75, 1.0  # share of the descent, share of the weight, s: what counts as a touchdown
 BRIEFLY = 0.4  # s, between two losses of power
-IDLE, SUPPORT, LEVEL, WAIT = 0.6, 0.15, 1.0, 1.5  # share of the weight, of gravity, m, s: see `lies`
+LEVEL, WAIT = 1.0, 1.5  # m, s: see `lies`
 SPEED_NOISE, FASTEST = 0.05, 0.25  # m/s; what is slower stands, what is faster does not
 
 
 class TouchdownDetector:
     """The vehicle should descend but does not, and its rotors carry less than three quarters of the weight for 1 s.
 
-    Where its power fails again and again (`dips`), 0.4 s are enough, or that it feels its weight without power.
+    Where its power fails again and again (`dips`), 0.4 s are enough, or that it feels its weight while its rotors do
+    not carry it.
     """
 
     def __init__(self, dips: PowerDips) -> None:
@@ -36,7 +37,7 @@ class TouchdownDetector:
         still = vz is not None and abs(vz) < min(FASTEST, max(SPEED_NOISE, STILL * descent))
         rests = descent > DESCENDS and still and share < UNLOADED
         self._unloaded = min(self._unloaded, now) if rests else math.inf
-        carried = self._dips.stands(now, force)
+        carried = self._dips.stands(now, force, share)
         return carried or now - self._unloaded >= (BRIEFLY if self._dips.has_repeated(now) else RESTS)
 
     def lies(self, now: float, share: float, height: float | None, force: float | None) -> bool:

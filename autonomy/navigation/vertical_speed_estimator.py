@@ -115,8 +115,7 @@ class VerticalSpeedEstimator:
         new = self._force.update()
         x, y, z = self._force.value
         carried = self._response.made < GRAVITY and abs(z + GRAVITY) < SUPPORT  # by the ground, perhaps
-        fresh = now - self._force.last <= FORCE_FRESH
-        self._response.update(now, dt, expected, -z if fresh and not carried else None)
+        self._response.update(now, dt, expected, -z if new and not carried else None)
         force = self.measured_force(now, expected)
         self._odd = 0 if force is not None else self._odd + 1
         if force is None and self._odd <= IMPACT and now - self._force.last <= FORCE_FRESH:
@@ -149,6 +148,8 @@ class VerticalSpeedEstimator:
             self._usual_bias += min(1.0, dt / BIAS_MEMORY) * (self._filter.bias[0] - self._usual_bias)
         elif force is not None:
             self._filter.bias[0] = self._usual_bias
+        if force is None and not self._useless and now - self._pressed > FORCE_FRESH:
+            self._is_vague = True  # thrust alone gives the speed, and knows nothing of the ground
         self._buried = not self._known and (self._buried or self.height < UNDERGROUND)
         if fix is not None:
             alone = self._useless or self._since > BY_FORCE_ALONE  # its speed may be that of a barometer that lied

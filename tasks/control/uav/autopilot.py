@@ -12,18 +12,17 @@ from autonomy.control import (
     LandingReasons,
     MultirotorCommand,
     MultirotorController,
-    MultirotorGains,
-    PIDGains,
     PowerDips,
     TouchdownDetector,
     rotor_actuation,
 )
 from autonomy.limits import OperatingLimits
 from autonomy.navigation import VerticalSpeedEstimator
-from runtime import State, Task, consume, param, periodic
+from runtime import State, consume, periodic
 from runtime.vehicle import general_number
 from support.planar_geometry import north_and_east
 from support.rotations import Vector, rotation
+from tasks.control.uav.multirotor_parameters import MultirotorAutopilotTask
 
 LONGEST_STEP, BLIND_STEP = 1.0, 0.1  # s
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
@@ -33,7 +32,7 @@ RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 LEVEL: Vector = (0.0, 0.0, 1.0)
 
 
-class Autopilot(Task):
+class Autopilot(MultirotorAutopilotTask):
     """Follows DesiredVelocity and DesiredHeading while the loop VELOCITY is enabled; hovers in the air otherwise.
 
     The rotors rest on the ground until a climb is commanded. It lands where it is after an Abort, if a takeoff is
@@ -43,53 +42,11 @@ class Autopilot(Task):
     minutes, to the ground. Limits of altitude apply.
     """
 
-    ahrs: str = param("AHRS", "", "Entity of acceleration.", name="Entity Label - AHRS")
-    barometer: str = param("Barometer", "", "Entity of pressure.", name="Entity Label - Barometer")
-    batteries: str = param("Batteries", "", "Entity of the rotors' voltage.", name="Entity Label - Batteries")
-
-    velocity_gains: list[float] = param([1.8, 0.5, 0.0], "1/s", "P, I, D.", name="Velocity PID Gains", size=3)
-    vertical_gains: list[float] = param([3.0, 1.5, 0.0], "1/s", "P, I, D.", name="Vertical PID Gains", size=3)
-    integral_limit: float = param(3.0, "m/s²", "Limit of both integrals.", minimum=0)
-    position_gain: float = param(0.8, "1/s", "Gain of position and height while hovering.", minimum=0)
-    heading_gain: float = param(1.5, "1/s", "Gain of the heading.", minimum=0)
-    maximum_heading_rate: float = param(60.0, "°/s", "Largest heading rate.", minimum=1)
-    maximum_tilt: float = param(25.0, "°", "Largest angle from the vertical.", minimum=1, maximum=45)
-    maximum_acceleration: float = param(2.5, "m/s²", "Fastest change of the velocity reference.", minimum=0.1)
-    maximum_speed: float = param(12.0, "m/s", "Highest speed over ground.", minimum=0.1)
-    maximum_climb_rate: float = param(3.0, "m/s", "Fastest climb.", minimum=0.1)
-    maximum_descent_rate: float = param(1.5, "m/s", "Fastest descent.", minimum=0.1)
-    landing_rate: float = param(0.5, "m/s", "Descent near the ground.", minimum=0.1)
-    landing_altitude: float = param(5.0, "m", "The landing rate applies below this altitude.", minimum=0)
-    hover_actuation: float = param(0.7, "1", "Rotor speed that carries the weight, of full.", minimum=0.1, maximum=1)
-    reference_timeout: float = param(0.5, "s", "Without a velocity for this long, the vehicle hovers.", minimum=0.1)
-    state_timeout: float = param(0.5, "s", "Without EstimatedState for this long, it descends level.", minimum=0.1)
-    idle_timeout: float = param(60.0, "s", "It lands after this time without a maneuver; 0 for never.", minimum=0)
-    error_timeout: float = param(10.0, "s", "Idle timeout after an error; 0 for never.", minimum=0)
-    landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
-
     def configure(self) -> None:
-        def pid(gains: list[float]) -> PIDGains:
-            return PIDGains(*gains, integral_limit=self.integral_limit, limit=2.0 * GRAVITY)
-
-        gains = MultirotorGains(
-            horizontal=pid(self.velocity_gains),
-            vertical=pid(self.vertical_gains),
-            position=self.position_gain,
-            heading=self.heading_gain,
-            heading_rate=math.radians(self.maximum_heading_rate),
-            tilt=math.radians(self.maximum_tilt),
-            acceleration=self.maximum_acceleration,
-            speed=self.maximum_speed,
-            climb=self.maximum_climb_rate,
-            descent=self.maximum_descent_rate,
-            landing_rate=self.landing_rate,
-            landing_altitude=self.landing_altitude,
-            thrust=GRAVITY / self.hover_actuation**2,
-        )
         self._own_limits = OperatingLimits.from_options(partial(general_number, self.vehicle.profile), highest=math.inf)
         if not hasattr(self, "_law"):  # what it remembers stays if parameters change
-            self._law, self._ceiling = MultirotorController(gains), self._own_limits.highest
-        self._law.set_gains(gains)
+            self._law, self._ceiling = MultirotorController(self.gains), self._own_limits.highest
+        self._law.set_gains(self.gains)
 
     def start(self) -> None:
         self._loops = EnabledLoops(imc.CLoopsMask.VELOCITY)
@@ -106,6 +63,12 @@ class Autopilot(Task):
         self._reasons = LandingReasons()
         self._rest()
         self.publish_status()
+
+    def stop(self) -> None:
+        if self._phase is FlightPhase.GROUND:
+            self.publish(imc.SetThrusterActuation(id=0, value=0.0))
+        else:  # what was commanded last would stay until the airframe notices the silence
+            self._command(self._law.level_command)
 
     @consume
     def on_control_loops(self, loops: imc.ControlLoops) -> None:
@@ -205,7 +168,7 @@ class Autopilot(Task):
             self._enter(FlightPhase.HOVER, state)
         self._begun = True
         if self._phase is FlightPhase.GROUND:
-            if self._follows and self._reference[2] < -RISES and self._reasons.fuel > self.landing_fuel_level:
+            if self._follows and self._reference[2] < -RISES and self._can_fly:
                 self._landing, self._left, self._floor = "", self.now, state.alt
                 self._enter(FlightPhase.FOLLOW, state)
                 self._fly(state, 0.0)
@@ -231,7 +194,8 @@ class Autopilot(Task):
         falling = vertical.speed if vertical.has_speed(now) else None
         if falling is not None:
             self._blind.note_altitude(vertical.height)
-        above, descent = vertical.highest(now) > self._ceiling, self._dips.descent(now)
+        above = vertical.highest(now) > self._ceiling
+        descent = self._dips.descent(now, self._law.blind_descent_rate(vertical.measured_height(now)))
         lost = self._dips.take_lost_time(now)
         command = self._law.descend_blind(step, falling, lost=lost, descent=descent, above_fence=above)
         self._command(command)
@@ -240,7 +204,7 @@ class Autopilot(Task):
         share = command.thrust / self._law.weight
         stands = touchdown.update(now, descent, falling, share, vertical.fresh_force(now, BLIND_STEP))
         lies = touchdown.lies(now, share, vertical.measured_height(now), vertical.fresh_force(now))
-        low = self._dips.is_settled(now) and self._blind.has_landed(now, measured=falling is not None)
+        low = self._blind.has_landed(now, measured=falling is not None, settled=self._dips.is_settled(now))
         if stands or lies or low:
             self._enter(FlightPhase.GROUND, state)
 
@@ -267,6 +231,10 @@ class Autopilot(Task):
     def _expected_force(self) -> float:
         """Specific force (m/s²) along the mast by the commanded thrust."""
         return 0.0 if not self._dips.powered else self._thrust * GRAVITY / self._law.weight
+
+    @property
+    def _can_fly(self) -> bool:
+        return self._reasons.fuel > self.landing_fuel_level and not self._dips.has_repeated(self.now)
 
     @property
     def _follows(self) -> bool:
@@ -296,8 +264,11 @@ class Autopilot(Task):
     def _enter(self, phase: FlightPhase, state: imc.EstimatedState) -> None:
         if FlightPhase.GROUND in (phase, self._phase):
             self._rest()
-        self._hold, self._kept, self._phase = self._law.stopping_point(state), state.psi, phase
+        before, self._phase = self._phase, phase
+        self._hold, self._kept = self._law.stopping_point(state), state.psi
         if phase is FlightPhase.GROUND:
+            if self._landing or before is FlightPhase.BLIND:
+                self._loops.mask = 0  # a climb that was commanded meanwhile would lift it off again
             self._landing = ""
             self._blind.forget()
             self.publish(imc.SetThrusterActuation(id=0, value=0.0))
