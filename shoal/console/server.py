@@ -27,6 +27,7 @@ from shoal.console.log_library import LogLibrary
 from shoal.console.log_link import LogLink
 from shoal.console.log_resume import CONFIGURATION
 from shoal.console.log_routes import LogRoutes
+from shoal.console.logged_pictures import LoggedPictures
 from shoal.console.message_rates import MessageCounter, MessageRates
 from shoal.console.page_feed import PageFeed
 from shoal.console.page_listener import PageListener
@@ -143,7 +144,8 @@ class ConsoleServer:
 
     def _extensions(self) -> PageExtensions:
         replay, player, systems = self._replay, self._player, self._network.systems
-        cameras = CameraAnswers(self._network, LivePictures(self._network))
+        pictures = LivePictures(self._network) if player is None else LoggedPictures(self._network, player)
+        cameras = CameraAnswers(self._network, pictures)
         views = {**self._logs.questions, **self._rates.questions, **cameras.questions}
         if replay is None or player is None:
             contours = ContourAnswers(lambda name: name if name in systems else None)

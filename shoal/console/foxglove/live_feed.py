@@ -238,7 +238,7 @@ class LiveFeed:
         """The channels of messages of a new kind; none yet while the label of their entity may still come."""
         entity = message.src_ent
         label = system.labels.get(entity)
-        if label is None and entity != UNKNOWN_ENTITY:
+        if label is None and entity != UNKNOWN_ENTITY and self.playback is None:  # a log answers nothing
             now = time.monotonic()
             if (system.name, entity) not in self._first:
                 self._first[system.name, entity] = now

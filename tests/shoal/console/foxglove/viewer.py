@@ -26,6 +26,7 @@ class Viewer:
         self.messages: list[tuple[int, int, bytes]] = []
         self.times: list[int] = []
         self.answers: dict[int, tuple[str, bytes]] = {}
+        self.playback: list[tuple[int, float, float, bool, str]] = []
         self.counts: Counter[str] = Counter()
 
     def close(self) -> None:
@@ -59,6 +60,13 @@ class Viewer:
         name = encoding.encode()
         self.connection.send(struct.pack("<BIII", 2, service, number, len(name)) + name + data)
 
+    def control(self, number: str, plays: bool, speed: float = 0.0, seek: float | None = None) -> tuple[Any, ...]:
+        """The state of the playback that answers a request; `seek` in s since 1970."""
+        name, moment = number.encode(), round((seek or 0.0) * 1e9)
+        head = struct.pack("<BBfBQI", 3, 0 if plays else 1, speed, seek is not None, moment, len(name))
+        self.connection.send(head + name)
+        return self.until(lambda: next((each for each in self.playback if each[-1] == number), None))
+
     def of(self, op: str) -> list[dict[str, Any]]:
         return [each for each in self.said if each["op"] == op]
 
@@ -91,6 +99,10 @@ class Viewer:
             case 3:
                 _, number, length = struct.unpack_from("<III", frame, 1)
                 self.answers[number] = frame[13 : 13 + length].decode(), frame[13 + length :]
+            case 5:
+                status, moment, speed, did_seek, length = struct.unpack_from("<BQfBI", frame, 1)
+                number = frame[19 : 19 + length].decode()
+                self.playback.append((status, moment / 1e9, speed, bool(did_seek), number))
             case _:
                 raise AssertionError(frame[:20])
 
