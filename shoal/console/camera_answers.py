@@ -13,7 +13,10 @@ LONGEST_NUMBER = 18  # digits
 
 
 class CameraAnswers:
-    """Answers by path, from the pictures of a network. Without questions nothing is asked of the vehicles."""
+    """Answers by path, from the pictures of a network. Without questions nothing is asked of the vehicles.
+
+    A picture that has been replaced by a newer one is answered with 204.
+    """
 
     def __init__(self, network: Network, pictures: LivePictures) -> None:
         self._network, self._pictures = network, pictures
@@ -35,7 +38,7 @@ class CameraAnswers:
         except ValueError as error:
             return PlainTextResponse(str(error), 422)
         if found is None:
-            return PlainTextResponse("there is a newer picture", 404)
+            return Response(status_code=204)
         form, data = found
         return Response(data, media_type=f"image/{form}", headers={"Cache-Control": "no-store"})
 

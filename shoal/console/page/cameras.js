@@ -2,7 +2,7 @@
 import { ask, element, make, say } from "./page.js";
 
 const FAST = 200, SLOW = 1000; // ms between questions, with and without a live camera
-const OLD = 3; // s, from which a picture is not live
+const OLD = 5; // s, from which a picture is not live; a vehicle of a fast clock has older ones
 const SVG = "http://www.w3.org/2000/svg";
 
 export function makeCameras(store) {
@@ -57,7 +57,7 @@ export function makeCameras(store) {
     let url = "";
     try {
       const answer = await fetch(`/api/picture?${words}`, { signal: AbortSignal.timeout(8000) });
-      if (answer.status === 404) return; // a newer one is there
+      if (answer.status === 204) return; // a newer one is there
       if (!answer.ok) throw new Error(await answer.text());
       url = URL.createObjectURL(await answer.blob());
       const next = new Image();
@@ -72,6 +72,12 @@ export function makeCameras(store) {
     }
     each.number = camera.number;
     if (url) URL.revokeObjectURL(url);
+  };
+
+  // In a log, there is no picture before the first one.
+  const clear = (each) => {
+    each.image.removeAttribute("src");
+    Object.assign(each, { picture: null, number: null, trouble: "" });
   };
 
   const drawMarks = (each, camera) => {
@@ -114,7 +120,8 @@ export function makeCameras(store) {
       for (const camera of cameras) {
         const each = shown.get(camera.camera) ?? addFigure(camera);
         each.watch.hidden = Boolean(store.replay);
-        if (each.number !== camera.number) await load(each, camera);
+        if (camera.number === null) clear(each);
+        else if (each.number !== camera.number) await load(each, camera);
         drawMarks(each, camera);
         tell(each, camera);
       }
