@@ -7,11 +7,12 @@ import sys
 import pytest
 
 import imc
+from support.picture_headers import read_picture_header
 from tests.outside import until
 from tests.shoal.console.browser import browser
 from tests.shoal.console.operator_page import operator_page, vehicle_page
 from tests.shoal.console.page_of_nobody import served_page
-from tests.shoal.console.sent_pictures import CameraRadio, from_vehicle, jpeg, picture, state
+from tests.shoal.console.sent_pictures import CameraRadio, first_messages, from_vehicle, jpeg, picture, state
 
 pytestmark = pytest.mark.browser
 NAME = "lauv-noptilus-1"
@@ -26,10 +27,6 @@ PIXELS = f"""(() => {{
   return Array.from(context.getImageData(0, 0, 16, 16).data).join();
 }})()"""
 CIRCLE = "['cx', 'cy'].map((name) => document.querySelector('#cameras circle')[name].baseVal.value)"
-DOWNLOADS = """(() => {
-  window.saved = [];
-  HTMLAnchorElement.prototype.click = function () { window.saved.push(this.download, this.href); };
-})()"""
 
 
 def told(page):
@@ -50,17 +47,13 @@ def test_pictures_of_a_shipped_vehicle_change_and_are_saved(tmp_path):
         assert page.text("#cameras strong") == "Fisheye Camera"
         until(lambda: page.run(PIXELS) != first, 60.0)
         until(lambda: "MUG Detector" in page.text("#cameras svg"), 60.0)
-        circle = page.run(
-            "(({ cx, cy }) => [cx.baseVal.value, cy.baseVal.value])(document.querySelector('#cameras circle'))"
-        )
-        assert all(150 < place < 360 for place in circle)
-        page.run(DOWNLOADS)
+        assert all(150 < place < 360 for place in page.run(CIRCLE))
+        page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path / "saved"))
         page.press("#cameras figcaption button:nth-of-type(2)")
-        name, address = page.run("window.saved")
-        assert name.startswith(f"{NAME}_Fisheye_Camera_20")
-        assert name.endswith("Z.jpg")
-        size = page.run(f"fetch({json.dumps(address)}).then((answer) => answer.blob()).then((blob) => blob.size)")
-        assert size > 5000
+        until(lambda: list((tmp_path / "saved").glob("*.jpg")))
+        (saved,) = (tmp_path / "saved").iterdir()
+        assert saved.name.startswith(f"{NAME}_Fisheye_Camera_20")
+        until(lambda: read_picture_header(saved.read_bytes())[1:3] == (512, 512))
         page.set_size(360, 740)
         assert page.run("document.documentElement.scrollWidth") <= 360
         page.run("document.querySelector('#cameras-marks').click()")
@@ -103,7 +96,8 @@ def test_what_the_browser_cannot_decode_is_named_and_old_pictures_are_not_live(t
     radio = CameraRadio()
     with served_page(radio) as console, browser(tmp_path / "browser") as page:
         page.open(console.server.login_link())
-        until(lambda: page.run("document.querySelector('#vehicle').value") == NAME)
+        chosen = "document.querySelector('#vehicle').value"
+        until(lambda: radio.bring_soon(*first_messages()) or page.run(chosen) == NAME)
         page.press("[data-view=cameras]")
         hostile = "<img src=x onerror=window.bad=1>"
         labels = from_vehicle(imc.EntityList, 0.5, 0, op=imc.EntityList.Op.REPORT, list=f"{hostile}=7;Detector=8")
