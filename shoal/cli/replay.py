@@ -58,6 +58,8 @@ def replay(
 ) -> None:
     """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with their original headers and in their original order.
 
+    For other programs: `shoal console LOG` shows a log on a page in the browser, with play, pause, speed and seek.
+
     The player is a system of its own, named replay, so its messages do not mix with those of the log. Separate several
     messages, systems or entities by commas. On a terminal, the space bar pauses, the left and right arrows skip 10 s,
     the down and up arrows 60 s. With --log-dir, what is played is also recorded. With --mavlink, ground stations see

@@ -126,6 +126,24 @@ def test_orders_go_to_the_bus_and_answers_to_the_page(run):
     until(lambda: task.malformed == 1)
 
 
+def test_all_messages_are_kept_only_until_they_are_released(run):
+    task = run(Port=0)
+    task.set_watched(True)
+    task.request_messages(["Heartbeat"])
+    task.request_messages([])
+    until(lambda: list(task._subscribed) == [""])
+    task.release_messages([])
+    until(lambda: list(task._subscribed) == ["Heartbeat"])
+
+
+def test_the_latest_detection_of_each_object_waits_for_the_page():
+    packets = PagePackets(CONSOLE, lambda: None)
+    for number, x in ((1, 1.0), (2, 2.0), (1, 3.0)):
+        found = imc.EstimatedMugState(id=number, x=x)
+        packets.put(found, imc.encode(found))
+    assert [imc.decode(packet).x for packet in packets.take()] == [3.0, 2.0]
+
+
 def test_while_nobody_looks_only_positions_and_the_log_book_are_kept(run):
     task = run(Port=0)
     server, kinds = task._page, (imc.EstimatedState, imc.Temperature)

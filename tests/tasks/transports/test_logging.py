@@ -118,6 +118,17 @@ def test_only_the_wanted_types(tmp_path: Path) -> None:
     assert "Transports: no such message: Volt" in run.log
 
 
+def test_pictures_that_consoles_ask_for_fill_no_disk(tmp_path: Path) -> None:
+    feed = [imc.CompressedImage(timestamp=1.0, data=bytes(1000)), imc.Voltage(timestamp=1.0)]
+    for name, options, count in (
+        ("usual", {}, 0),
+        ("all", {"unrecorded_messages": []}, 1),
+        ("named", {"transports": ["CompressedImage"]}, 1),
+    ):
+        simulate(Logging, feed, seconds=2.0, log_root=tmp_path / name, **options)
+        assert only_log(tmp_path / name).counts().get("CompressedImage", 0) == count
+
+
 def test_unknown_messages_are_recorded_as_they_came(tmp_path: Path) -> None:
     packet = imc.encode(imc.Unknown(timestamp=1.0, src=VEHICLE, id=9999, payload=b"abc"))
     simulate(Logging, [imc.decode(packet)], seconds=2.0, log_root=tmp_path)

@@ -133,6 +133,53 @@ def test_nothing_is_taken_without_viewers():
     run(work)
 
 
+def test_all_messages_are_asked_for_only_while_somebody_receives_them():
+    async def work(radio, feed):
+        asked = []
+        radio.subscribe = lambda system, messages: asked.append(("+", system, *messages))
+        radio.unsubscribe = lambda system, messages: asked.append(("-", system, *messages))
+        for _ in range(2):
+            sessions = [session_of(feed), session_of(feed)]
+            running = [session.start() for session in sessions]
+            await asyncio.sleep(0.05)
+            assert asked == [("+", "*")]
+            sessions[0].end()
+            await asyncio.sleep(0.05)
+            assert asked == [("+", "*")]
+            sessions[1].end()
+            await asyncio.gather(*running, return_exceptions=True)
+            assert asked == [("+", "*"), ("-", "*")]
+            asked.clear()
+
+    run(work)
+
+
+def test_a_request_that_fails_in_the_console_is_answered(monkeypatch):
+    async def fail(*words):
+        raise ZeroDivisionError("of a test")
+
+    async def work(radio, feed):
+        monkeypatch.setattr(ParameterAccess, "get", fail)
+        monkeypatch.setattr("shoal.console.foxglove.viewer_session.carry_out", fail)
+        session = session_of(feed, may_operate=True)
+        session._find = lambda name, order: None
+        radio.bring(LABELS)
+        session.start()
+        house = asyncio.create_task(session.keep_house())
+        await frames_of(session, 0.1)
+        session.take(json.dumps({"op": "getParameters", "parameterNames": [], "id": "a"}))
+        number = next(number for number, each in session._services.by_number.items() if each.order == "abort")
+        session.take(struct.pack("<BIII", 2, number, 5, 4) + b"json{}")
+        said = [json.loads(frame) for frame in await frames_of(session) if isinstance(frame, str)]
+        text = "the console has failed: ZeroDivisionError: of a test"
+        assert [each["message"] for each in said if each["op"] == "status"] == [text]
+        assert [(each["callId"], each["message"]) for each in said if each["op"] == "serviceCallFailure"] == [(5, text)]
+        assert feed.counts["requests that failed: ZeroDivisionError"] == 2
+        house.cancel()
+
+    run(work)
+
+
 def test_a_time_stamp_that_is_no_time_is_replaced_by_now():
     async def work(radio, feed):
         session = session_of(feed)
