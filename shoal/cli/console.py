@@ -57,6 +57,12 @@ console.add_command(certificate)
     help="Map tiles: a folder with .mbtiles and .pmtiles files.",
 )
 @click.option(
+    "--panels",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Panels of your own: a YAML file of values, plots and buttons that send a message.",
+)
+@click.option(
     "--address",
     default="127.0.0.1",
     show_default=True,
@@ -83,6 +89,7 @@ def page(
     log: Path | None,
     port: int | None,
     tiles: Path | None,
+    panels: Path | None,
     address: str,
     folder: Path | None,
     opens: bool,
@@ -104,9 +111,11 @@ def page(
             ConsoleServer,
             LogLink,
             PageSecurityError,
+            PanelFileError,
             TileSets,
             access_folder,
             read_page_security,
+            read_panels,
         )
 
     maps = TileSets(tiles)
@@ -115,6 +124,11 @@ def page(
         security = read_page_security(address, folder or access_folder())
     except ValueError as error:
         raise (click.ClickException if isinstance(error, PageSecurityError) else click.UsageError)(str(error)) from None
+    try:
+        own_panels = read_panels(panels, schema) if panels is not None else ()
+    except (PanelFileError, OSError) as error:
+        text = describe_os_error(error) if isinstance(error, OSError) else str(error)
+        raise click.ClickException(printable(text)) from None
     player: LogLink | None = None
     if log is not None:
         with errors_as_messages(), progress_bar(log) as show:
@@ -134,6 +148,7 @@ def page(
                 security=security,
                 foxglove_origins=origins,
                 listener=listener,
+                panels=own_panels,
             )
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")

@@ -10,6 +10,7 @@ from shoal.console.page_security import PageSecurity, PageSecurityError, access_
 from shoal.console.profile_settings import ProfileSettings
 from shoal.console.server import ConsoleServer
 from shoal.console.tiles import TileSets
+from shoal.console.user_panels import PanelFileError, read_panels
 from shoal.console.users import Role, User, Users, UsersError
 from shoal.console.vehicle_page import VehiclePage
 
@@ -27,6 +28,7 @@ __all__ = [
     "PageSecurity",
     "PageSecurityError",
     "PageSession",
+    "PanelFileError",
     "ProfileSettings",
     "Role",
     "TileSets",
@@ -39,4 +41,5 @@ __all__ = [
     "make_certificate",
     "own_names",
     "read_page_security",
+    "read_panels",
 ]

@@ -20,12 +20,14 @@ from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
 from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
 from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.page_files import PageFiles
+from shoal.console.panel_routes import PanelRoutes
 from shoal.console.parameter_routes import ParameterRoutes
 from shoal.console.plan_path import plan_path
 from shoal.console.replay_answers import REJECTED
 from shoal.console.request_guard import RequestGuard
 from shoal.console.steering_routes import SteeringRoutes
 from shoal.console.tiles import TileSets
+from shoal.console.user_panels import PRESS
 from shoal.console.users import Role
 from shoal.console.vehicle_orders import OrderError
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
@@ -76,6 +78,7 @@ class ConsoleApplication:
         self._cookie = COOKIE.format(port=port)
         self._accounts = AccountRoutes(access, authority, self._cookie, self._knows)
         self._parameters = ParameterRoutes(self._vehicle, extensions.settings)
+        self._panels = PanelRoutes(extensions.panels)
         self._viewers = 0
         self._plays_log = extensions.instead_of_orders is not None
         foxglove = FoxgloveRoutes(
@@ -98,6 +101,7 @@ class ConsoleApplication:
             Route("/api/plans", logged_in(instead or self._plans)),
             Route("/api/parameters", logged_in(instead or self._parameters.values)),
             Route("/api/parameter-details", logged_in(instead or self._parameters.details)),
+            Route("/api/panels", logged_in(self._panels.panels)),
             Route("/api/fields", logged_in(self._fields)),
             Route("/api/tiles", logged_in(self._tile_sets)),
             Route("/tiles/{name}/{zoom:int}/{column:int}/{row:int}", logged_in(self._tile)),
@@ -155,7 +159,8 @@ class ConsoleApplication:
             vehicle = self._vehicle(name, order)
             words = self._parameters.complete(vehicle.system.name, words) if order == "undo" else words
             self._authority.permit(session, vehicle.system.name, order, words)
-            text = await self._parameters.carry_out(session.user.name, vehicle, order, words)
+            room = self._panels if order.startswith(PRESS) else self._parameters
+            text = await room.carry_out(session.user.name, vehicle, order, words)
         except (AuthorityError, OrderError, NetworkError, ValueError) as error:
             return {"ok": False, "text": printable(str(error))}
         return {"ok": True, "text": printable(text)}

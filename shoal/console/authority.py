@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping
 
 from shoal.console.access import PageSession
 from shoal.console.lease import LeaseError, Leases
+from shoal.console.user_panels import PRESS, PRESS_OF_MAINTAINER
 from shoal.console.users import Role, User
 from support.terminal_text import printable
 from support.text_length import clip
 
-OPERATING = ("abort", "hold", "surface", "put", "delete", "start", "stop")
-MAINTAINING = ("set", "save", "undo")
+OPERATING = ("abort", "hold", "surface", "put", "delete", "start", "stop", PRESS)
+MAINTAINING = ("set", "save", "undo", PRESS_OF_MAINTAINER)
 ROLES = {**dict.fromkeys(OPERATING, Role.OPERATE), **dict.fromkeys(MAINTAINING, Role.MAINTAIN)}
 """The roles that orders need."""
 LONGEST_NOTE = 200  # characters
@@ -92,6 +93,8 @@ def _order_text(order: str, words: Mapping[str, object]) -> str:
             text = f"{order} {given.get('plan', '')}"
         case "set" | "undo":
             text = f"{order} {given.get('entity', '')}: {given.get('parameter', '')} = {given.get('value', '')}"
+        case "press" | "press-maintain":
+            text = f"press {given.get('panel', '')}: {given.get('button', '')}"
         case "save":
             text = f"save the parameters of {given.get('entity', '')}"
         case "put":

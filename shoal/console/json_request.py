@@ -10,6 +10,7 @@ from starlette.responses import Response
 
 from shoal.console.page_feed import encode
 from shoal.console.profile_settings import ProfileSettings
+from shoal.console.user_panels import UserPanel
 
 Answer = Callable[[Request], Awaitable[Response]]
 
@@ -18,7 +19,8 @@ Answer = Callable[[Request], Awaitable[Response]]
 class PageExtensions:
     """Requests by path: `questions` to GET, `orders` to POST, and `maintenance` to POST, which sets options.
 
-    `instead_of_orders` answers orders to a vehicle. `settings` are those of a profile, for the views of parameters.
+    `instead_of_orders` answers orders to a vehicle. `settings` are those of a profile, for the views of parameters,
+    `panels` those of the user.
     """
 
     questions: Mapping[str, Answer]
@@ -26,6 +28,7 @@ class PageExtensions:
     instead_of_orders: Answer | None = None
     maintenance: Mapping[str, Answer] = field(default_factory=dict[str, Answer])
     settings: ProfileSettings | None = None
+    panels: tuple[UserPanel, ...] = ()
 
 
 async def json_object(request: Request) -> dict[str, object]:

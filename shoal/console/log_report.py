@@ -27,6 +27,8 @@ def _work(job: dict[str, Any]) -> dict[str, Any]:
     most = MOST_MEMORY if limit == resource.RLIM_INFINITY else min(limit, MOST_MEMORY)
     with suppress(ValueError):  # some systems have no such limit
         resource.setrlimit(resource.RLIMIT_AS, (most, limit))
+    with suppress(OSError):  # where memory runs short, this process ends, and not that of the vehicle
+        Path("/proc/self/oom_score_adj").write_text("1000")
     try:
         return report_of(Path(job["log"]))
     except OSError as error:

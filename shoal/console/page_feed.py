@@ -21,7 +21,7 @@ TRACK_PERIOD = 1.0  # s between points of a track
 TRACK_POINTS = 3600
 LOG_ENTRIES = 400
 MOST_WAITING = 2  # frames in front of a slow page; the oldest is dropped
-MOST_FIELDS = 8  # of a page, to be drawn
+MOST_FIELDS = 32  # of a page, in plots and panels
 
 
 class Viewer:

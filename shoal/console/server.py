@@ -36,6 +36,7 @@ from shoal.console.plan_flights import PlanFlights
 from shoal.console.profile_settings import ProfileSettings
 from shoal.console.replay_answers import ReplayAnswers
 from shoal.console.tiles import TileSets
+from shoal.console.user_panels import UserPanel
 from shoal.console.users import User
 from shoal.network import Network
 
@@ -57,7 +58,7 @@ class ConsoleServer:
     orders of a user. `on_viewer()` is called when a page or a viewer is opened. `settings` are those of the profile of
     the vehicle in this process, and `counter` counts its messages; by default those that arrive are counted. The page
     lists the logs below `log_root`, or those that are played. `allows_forecasts` is whether the pages may have
-    forecasts made, which take half a core.
+    forecasts made, which take half a core. `panels` are those of the user.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class ConsoleServer:
         settings: ProfileSettings | None = None,
         counter: MessageCounter | None = None,
         allows_forecasts: bool = True,
+        panels: tuple[UserPanel, ...] = (),
     ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
@@ -91,7 +93,7 @@ class ConsoleServer:
         self._player = player
         self._replay = None if player is None else ReplayAnswers(player, log_root)
         self._flights = PlanFlights(network)
-        self._settings = settings
+        self._settings, self._panels = settings, panels
         self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
         self._rates = MessageRates(network, counter, player)
         self._forecasts = ForecastRoutes(network, is_allowed=allows_forecasts)
@@ -152,12 +154,13 @@ class ConsoleServer:
             views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}
             views |= self._forecasts.questions
             orders = {**self._flights.orders, **self._logs.orders, **self._forecasts.orders}
-            return PageExtensions(views, orders, settings=self._settings)
+            return PageExtensions(views, orders, settings=self._settings, panels=self._panels)
         configuration = player.states.path.parent / CONFIGURATION
         contours = ContourAnswers(lambda name: configuration if name in systems else None)
         checks = DiveCheckRoutes(self._network, lambda: player.now, is_live=False)
         views |= {"/api/contours": contours.answer, **checks.questions, **replay.questions}
-        return PageExtensions(views, {**replay.orders, **self._logs.orders}, replay.reject, replay.maintenance)
+        orders = {**replay.orders, **self._logs.orders}
+        return PageExtensions(views, orders, replay.reject, replay.maintenance, panels=self._panels)
 
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.

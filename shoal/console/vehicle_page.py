@@ -12,8 +12,10 @@ from shoal.console.page_security import access_folder, read_page_security
 from shoal.console.profile_settings import ProfileSettings
 from shoal.console.server import ConsoleServer
 from shoal.console.tiles import TileSets
+from shoal.console.user_panels import PanelFileError, UserPanel, read_panels
 from shoal.console.users import User
 from shoal.network import Network
+from support.file_errors import describe_os_error
 from tasks.transports.console import Console, PageServer
 
 
@@ -54,6 +56,7 @@ class VehiclePage(PageServer):
             settings=settings,
             counter=BusCounter(task),
             allows_forecasts=task.forecast,
+            panels=_panels(task),
         )
         link.is_watched = lambda: self._server.is_watched
         self.is_secure: bool = security.is_open
@@ -84,3 +87,15 @@ class VehiclePage(PageServer):
             self._stopped.set()
         async with self._network:
             await self._server.serve(self._stopped)
+
+
+def _panels(task: Console) -> tuple[UserPanel, ...]:
+    """The panels of the user; a file that cannot be read is a warning, and the page is served without."""
+    if not task.panels:
+        return ()
+    try:
+        return read_panels(Path(task.panels), task.vehicle.bus.messages)
+    except (PanelFileError, OSError) as error:
+        text = describe_os_error(error) if isinstance(error, OSError) else str(error)
+        task.log.warning(f"there are no panels on the page: {text}")
+        return ()

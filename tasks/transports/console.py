@@ -111,6 +111,7 @@ class Console(Task):
         editable=False,
     )
     map_tiles: str = param("", "", "Folder with map tiles, .mbtiles and .pmtiles files.", editable=False)
+    panels: str = param("", "", "YAML file with panels of your own: values, plots and buttons.", editable=False)
 
     forecast: bool = param(
         False,

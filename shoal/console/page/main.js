@@ -9,6 +9,7 @@ import { makePlans } from "./plans.js";
 import { makePlots } from "./plots.js";
 import { makeLog } from "./log.js";
 import { makeLogs } from "./logs.js";
+import { makePanels } from "./panels.js";
 import { makeRates } from "./rates.js";
 import { makeParameters } from "./parameters.js";
 import { makeOrders } from "./orders.js";
@@ -31,7 +32,7 @@ const views = {
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
   replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
   logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store), steer: makeSteer(store),
-  forecast: makeForecast(store),
+  forecast: makeForecast(store), panels: makePanels(store, (view) => show(view)),
 };
 const orders = makeOrders(store);
 let received = performance.now();

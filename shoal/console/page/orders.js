@@ -26,7 +26,7 @@ async function abortAll() {
 }
 
 // `begin` gives what a second press does, or null. Returns how to disarm the button.
-function confirmed(button, begin) {
+export function confirmed(button, begin) {
   const label = button.textContent;
   let timer = 0;
   let act = null;

@@ -14,9 +14,10 @@ export function makePlots(store) {
   windows.replaceChildren(...WINDOWS.map(([name, seconds]) => new Option(name, seconds)));
   windows.value = "0";
 
+  store.panelFields ??= () => [];
   const sendFields = () => {
     if (store.socket?.readyState === WebSocket.OPEN) {
-      store.socket.send(JSON.stringify({ fields: [...traces.keys()] }));
+      store.socket.send(JSON.stringify({ fields: [...traces.keys(), ...store.panelFields()] }));
     }
   };
 
@@ -103,7 +104,8 @@ export function makePlots(store) {
     }
   };
 
-  const setLayout = async ({ fields: wanted, window: seconds }) => {
+  store.sendFields = sendFields;
+  const setLayout = store.showPlots = async ({ fields: wanted, window: seconds }) => {
     if (!store.chosen) { say("no vehicle is chosen", "warn"); return; }
     for (const path of [...traces.keys()]) drop(path);
     sendFields();

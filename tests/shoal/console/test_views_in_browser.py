@@ -12,6 +12,13 @@ from tests.shoal.console.test_in_browser import fake_vehicle, give_frame, view
 from tests.shoal.console.test_log_in_browser import set_value
 
 NAME = "lauv-noptilus-1"
+PANELS = """panels:
+- title: <img src=x>
+  values: [{label: Depth, field: EstimatedState.depth, digits: 1}, {field: "Temperature.value:Nobody"}]
+  plots: [EstimatedState.depth]
+  buttons: [{label: Note, message: {abbrev: LogBookEntry, type: INFO, context: panel, text: pressed}}]
+- {title: Other, vehicle: another, values: [{field: EstimatedState.phi}]}
+"""
 PATIENCE = 60.0  # s, on a busy computer
 TONES = """window.tones = 0; const start = OscillatorNode.prototype.start;
 OscillatorNode.prototype.start = function (...words) { window.tones += 1; return start.apply(this, words); };"""
@@ -20,9 +27,11 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    settings = ("--set", "Simulators.DepthSensor:Standard Deviation=0.02")
+    folder = tmp_path_factory.mktemp("vehicle")
+    (folder / "panels.yaml").write_text(PANELS)
+    settings = ("Simulators.DepthSensor:Standard Deviation=0.02", "Transports.Console:Panels=panels.yaml")
     with (
-        vehicle_page(tmp_path_factory.mktemp("vehicle"), *settings) as vehicle,
+        vehicle_page(folder, *(word for setting in settings for word in ("--set", setting))) as vehicle,
         browser(tmp_path_factory.mktemp("browser")) as found,
     ):
         found.set_size(1280, 800)
@@ -213,17 +222,42 @@ def test_an_entity_that_is_not_in_order_has_advice_and_its_lines_of_the_log_book
     vehicle["health"] = {"entities": [entity]}
     lines = [[0, name, "error", "x", "antenna is open", "GPS"], [0, "other", "error", "x", "not this one", "GPS"]]
     give_frame(page, vehicles={name: vehicle}, log=lines)
-    page.run(  # at once: each frame restores the choice
-        f"(() => {{ const list = document.getElementById('vehicle'); list.value = {json.dumps(name)};"
-        " list.dispatchEvent(new Event('change')); })()"
-    )
+    choose_at_once(page, name)
     view(page, "health")
     assert page.text("#entities td:nth-child(3)") == "GPS is missingfree sky00:00:00 antenna is open"
     give_frame(page, gone=[name])
     page.press("#alarms-acknowledge")
+    choose_at_once(page, NAME)
 
 
-@pytest.mark.parametrize("name", ["checks", "parameters", "plots", "logs"])
+def choose_at_once(page, name: str) -> None:
+    """Choose a vehicle between two frames: each restores the choice."""
+    page.run(
+        f"(() => {{ const list = document.getElementById('vehicle'); list.value = {json.dumps(name)};"
+        " list.dispatchEvent(new Event('change')); })()"
+    )
+
+
+def test_a_panel_has_values_plots_and_a_button_that_is_pressed_twice(page):
+    view(page, "panels")
+    value = "#panels-view tr:first-child td:last-child"
+    until(lambda: page.text(value).endswith(" m"), PATIENCE, told=lambda: page.text("#panels-view"))
+    assert abs(float(page.text(value).split()[0])) < 1.0
+    assert page.text("#panels-view tr:last-child td:last-child") == "unknown"
+    assert page.text("#panels-view h2") == "<img src=x>"
+    assert page.run("document.querySelectorAll('#panels-view h2').length") == 1
+    page.press("#panels-view .panel-buttons button")
+    assert page.text("#panels-view .panel-buttons button") == "Note: press again"
+    page.press("#panels-view .panel-buttons button")
+    result(page, "Note: LogBookEntry was sent")
+    press_in(page, "#panels-view button", "Plots")
+    until(lambda: page.run("document.querySelectorAll('#plots canvas').length") == 1, PATIENCE)
+    view(page, "log")
+    until(lambda: f"{NAME}Transports.Consolelocal: press <img src=x>: Note" in page.text("#entries"), PATIENCE)
+    assert page.run("document.querySelectorAll('img[src=x]').length") == 0
+
+
+@pytest.mark.parametrize("name", ["checks", "parameters", "plots", "logs", "panels"])
 def test_each_view_fits_a_narrow_screen(page, name):
     page.set_size(360, 640)
     view(page, name)
