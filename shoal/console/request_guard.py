@@ -1,8 +1,10 @@
 """Rejects requests of other sites and other names of this computer, and forbids the page what it does not need."""
 
 from collections.abc import Collection
+from contextlib import suppress
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import ClientDisconnect
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketClose
@@ -42,7 +44,8 @@ class RequestGuard:
         elif reason:
             await PlainTextResponse(reason, 403, headers=HEADERS)(scope, receive, send)
         else:
-            await self._app(scope, receive, _with_headers(send))
+            with suppress(ClientDisconnect):  # in the middle of a request
+                await self._app(scope, receive, _with_headers(send))
 
     def _refusal(self, scope: Scope) -> str:
         headers = Headers(scope=scope)

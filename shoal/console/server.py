@@ -3,8 +3,7 @@
 import asyncio
 import socket
 import time
-from collections.abc import Callable, Collection, Generator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +30,7 @@ from shoal.console.logged_pictures import LoggedPictures
 from shoal.console.message_rates import MessageCounter, MessageRates
 from shoal.console.page_feed import PageFeed
 from shoal.console.page_listener import PageListener
+from shoal.console.page_protocol import PageHTTPServer
 from shoal.console.page_security import PageSecurity
 from shoal.console.plan_flights import PlanFlights
 from shoal.console.profile_settings import ProfileSettings
@@ -114,7 +114,7 @@ class ConsoleServer:
             self._viewer_access,
             player,
         )
-        self._server = _Server(
+        self._server = PageHTTPServer(
             uvicorn.Config(
                 application.asgi,
                 loop="none",
@@ -131,7 +131,8 @@ class ConsoleServer:
                 timeout_graceful_shutdown=ENDING,
                 ssl_certfile=self.security.certificate,
                 ssl_keyfile=self.security.key,
-            )
+            ),
+            self._socket,
         )
 
     @property
@@ -188,7 +189,7 @@ class ConsoleServer:
         loops: list[asyncio.Task[Any]] = [asyncio.create_task(self._feed.run())]
         if self._player is not None:
             loops.append(asyncio.create_task(self._player.run()))
-        server = asyncio.create_task(self._server.serve(sockets=[self._socket]))
+        server = asyncio.create_task(self._server.serve())
         end = asyncio.create_task(stopped.wait())
         try:
             done, _ = await asyncio.wait((*loops, server, end), return_when=asyncio.FIRST_COMPLETED)
@@ -204,26 +205,6 @@ class ConsoleServer:
             for task in loops:
                 task.cancel()
             await asyncio.gather(server, *loops, return_exceptions=True)
-
-
-class _Server(uvicorn.Server):
-    """Sleeps until it is ended: uvicorn's own loop looks ten times a second, and only for what is not used here."""
-
-    def __init__(self, config: uvicorn.Config) -> None:
-        super().__init__(config)
-        self._ended = asyncio.Event()
-
-    def end(self) -> None:
-        self.should_exit = True
-        self._ended.set()
-
-    async def main_loop(self) -> None:
-        await self._ended.wait()
-
-    @contextmanager
-    def capture_signals(self) -> Generator[None]:
-        """Leave signals to the program."""
-        yield
 
 
 def _listening_socket(address: str, port: int) -> socket.socket:

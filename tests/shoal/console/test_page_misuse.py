@@ -1,7 +1,6 @@
 """Requests to the page that are not those of its own scripts."""
 
 import json
-import socket
 from contextlib import ExitStack
 
 import pytest
@@ -9,9 +8,7 @@ from websockets.exceptions import InvalidStatus
 
 import imc
 from shoal.console import Role, Users
-from shoal.console.page_listener import MOST_OF_ADDRESS
 from shoal.console.page_security import PageSecurity
-from tests.outside import until
 from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.page_of_nobody import served_page
 
@@ -58,24 +55,6 @@ def test_contours_are_made_once_and_for_vehicles_that_are_there_only(monkeypatch
         assert contours("otter") == {"ok": False, "text": "there is no such vehicle", "lines": []}
         assert contours("../x") == {"ok": False, "text": "no name of a profile", "lines": []}
     assert made == ["lauv-noptilus-1"]
-
-
-def test_of_many_connections_those_of_an_address_are_limited_and_a_page_is_reached_again():
-    with served_page() as page:
-        opened = [socket.create_connection(("127.0.0.1", page.server.port), 10.0) for _ in range(MOST_OF_ADDRESS)]
-        with socket.create_connection(("127.0.0.1", page.server.port), 10.0) as last:
-            assert last.recv(1) == b""
-        assert page.server.rejected_connections == 1
-        for each in opened:
-            each.close()
-
-        def answers():
-            try:
-                return page.request("GET", "/healthz")[0] == 200
-            except ConnectionError:  # the others are closed one after the other
-                return False
-
-        until(answers)
 
 
 def test_who_may_watch_only_leaves_pages_to_those_who_command(tmp_path, monkeypatch):
