@@ -50,13 +50,19 @@ def user(name: str | None, role: str | None, remove: bool, folder: Path | None) 
 
 @click.command()
 @click.argument("names", nargs=-1)
+@click.option("--client", metavar="NAME", help="Make the certificate with which this user logs in, without a password.")
+@click.option("--role", type=click.Choice(ROLES), help="The role of this user.")
 @click.option("--force", is_flag=True, help="Replace the certificate that is there.")
 @folder_option
-def certificate(names: tuple[str, ...], force: bool, folder: Path | None) -> None:
+def certificate(names: tuple[str, ...], client: str | None, role: str | None, force: bool, folder: Path | None) -> None:
     """Make a certificate for the page, for NAMES and addresses of this computer (by default those that it has now).
 
-    Prints the SHA-256 to compare in the browser, which warns of a certificate that nobody else has signed.
+    Prints the SHA-256 to compare in the browser, which warns of a certificate that nobody else has signed. With
+    --client it makes one for a user instead, as a file to import into the browser, and prints the password of the file.
     """
+    if client is not None or role is not None:
+        _make_client_certificate(names, client, role, force=force, folder=folder)
+        return
     with require_extra("console"):
         from shoal.console import CERTIFICATE, access_folder, make_certificate, own_names
 
@@ -70,6 +76,27 @@ def certificate(names: tuple[str, ...], force: bool, folder: Path | None) -> Non
     except ValueError as error:
         raise click.ClickException(printable(str(error))) from None
     click.echo(f"{printable(str(path))}: for {printable(', '.join(named))}\nSHA-256 {found}")
+
+
+def _make_client_certificate(
+    names: tuple[str, ...], client: str | None, role: str | None, *, force: bool, folder: Path | None
+) -> None:
+    if names:
+        raise click.UsageError("a certificate with --client is for a user, not for names of a computer")
+    if client is None or role is None:
+        raise click.UsageError(f"name a user and a role: --client NAME --role {', '.join(ROLES)}")
+    with require_extra("console"):
+        from shoal.console import Role, access_folder, make_client_certificate
+
+    try:
+        made = make_client_certificate(folder or access_folder(), client, Role[role.upper()], replaces=force)
+    except ValueError as error:
+        raise click.ClickException(printable(str(error))) from None
+    click.echo(
+        f"{client} may {role}: import {printable(str(made.path))} into the browser; its password: {made.password}"
+    )
+    if made.is_first:
+        click.echo("The page asks browsers for certificates from its next start on")
 
 
 def _password() -> str:

@@ -4,6 +4,7 @@ from shoal.console.access import Access, LoginError, PageSession
 from shoal.console.authority import Authority, AuthorityError
 from shoal.console.bus_link import BusLink
 from shoal.console.certificate import CERTIFICATE, certificate_names, make_certificate, own_names
+from shoal.console.client_certificate import ClientCertificate, make_client_certificate
 from shoal.console.lease import LeaseError, Leases
 from shoal.console.log_link import LogLink
 from shoal.console.page_security import PageSecurity, PageSecurityError, access_folder, read_page_security
@@ -20,6 +21,7 @@ __all__ = [
     "Authority",
     "AuthorityError",
     "BusLink",
+    "ClientCertificate",
     "ConsoleServer",
     "LeaseError",
     "Leases",
@@ -39,6 +41,7 @@ __all__ = [
     "access_folder",
     "certificate_names",
     "make_certificate",
+    "make_client_certificate",
     "own_names",
     "read_page_security",
     "read_panels",

@@ -35,6 +35,7 @@ class _OpenSession:
     user: User
     used: float
     password_mark: bytes
+    certificate: str
 
 
 class Access:
@@ -88,8 +89,22 @@ class Access:
             async with self._checking:
                 user = await asyncio.to_thread(self._users.check, name, password)
         if user is None:
+            self._check_users()
             raise LoginError("wrong name or password")
         return self._open(user)
+
+    def login_certificate(self, sha256: str, address: str = "") -> str:
+        """The secret of a new session for a client certificate that TLS has checked. Raises LoginError."""
+        self._count_login(address)
+        user = self.certificate_user(sha256)
+        if user is None:
+            self._check_users()
+            raise LoginError("the browser has shown no certificate of a user")
+        return self._open(user, sha256)
+
+    def certificate_user(self, sha256: str) -> User | None:
+        """The user of a client certificate; without one there is none."""
+        return None if self._users is None or not sha256 else self._users.certificate_user(sha256)
 
     def logout(self, secret: str | None) -> None:
         """End a session."""
@@ -100,8 +115,10 @@ class Access:
         now, found = self._clock(), self._sessions.get(secret or "")
         if found is None or secret is None:
             return None
-        user = found.user if found.user is LOCAL or self._users is None else self._users.find(found.user.name)
-        if user is None or self._password_mark(user) != found.password_mark or now - found.used > SESSION_LIFETIME:
+        user = self._present_user(found)
+        if user is None and self._users is not None and self._users.trouble:
+            return None  # until the file of users is repaired
+        if user is None or now - found.used > SESSION_LIFETIME:
             del self._sessions[secret]
             return None
         found.used, found.user = now, user
@@ -117,12 +134,28 @@ class Access:
             raise LoginError(f"more than {LOGINS} logins within a minute: wait a minute")
         return now
 
-    def _open(self, user: User) -> str:
+    def _present_user(self, session: _OpenSession) -> User | None:
+        """The user of a session as the file has it now; None if the session may not continue."""
+        if session.user is LOCAL or self._users is None:
+            return session.user
+        user = self._users.find(session.user.name)
+        if user is None:
+            return None
+        if session.certificate:
+            return user if self._users.certificate_user(session.certificate) == user else None
+        return user if self._password_mark(user) == session.password_mark else None
+
+    def _check_users(self) -> None:
+        """Raises LoginError if the file of users is damaged, so that nobody can log in."""
+        if self._users is not None and self._users.trouble:
+            raise LoginError("the file of users is damaged: only a link logs in until it is repaired")
+
+    def _open(self, user: User, certificate: str = "") -> str:
         secret = secrets.token_urlsafe(32)
         while len(self._sessions) >= MOST_SESSIONS:
             del self._sessions[min(self._sessions, key=lambda each: self._sessions[each].used)]
         self._number += 1
-        self._sessions[secret] = _OpenSession(self._number, user, self._clock(), self._password_mark(user))
+        self._sessions[secret] = _OpenSession(self._number, user, self._clock(), self._password_mark(user), certificate)
         return secret
 
     def _password_mark(self, user: User) -> bytes:

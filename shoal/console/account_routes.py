@@ -9,6 +9,7 @@ from starlette.routing import Route
 from shoal.console.access import Access, LoginError, PageSession
 from shoal.console.authority import Authority, AuthorityError
 from shoal.console.json_request import json_object
+from shoal.console.page_protocol import CLIENT_CERTIFICATE
 from support.terminal_text import printable
 
 
@@ -36,6 +37,8 @@ class AccountRoutes:
         try:
             if "token" in words:
                 secret = self._access.login(words["token"], address)
+            elif words.get("certificate") is True:
+                secret = self._access.login_certificate(_certificate(request), address)
             else:
                 secret = await self._access.login_user(words.get("user"), words.get("password"), address)
         except LoginError as error:
@@ -58,7 +61,9 @@ class AccountRoutes:
     async def _me(self, request: Request) -> Response:
         session = self.session(request)
         if session is None:
-            return JSONResponse({"ok": False, "passwords": self._access.has_users})
+            shown = self._access.certificate_user(_certificate(request))
+            named = {} if shown is None else {"certificate": shown.name}
+            return JSONResponse({"ok": False, "passwords": self._access.has_users, **named})
         user = session.user
         return JSONResponse({"ok": True, "session": session.number, "user": user.name, "role": user.role.word})
 
@@ -75,3 +80,8 @@ class AccountRoutes:
         except AuthorityError as error:
             return JSONResponse({"ok": False, "text": printable(str(error))})
         return JSONResponse({"ok": True, "text": printable(text)})
+
+
+def _certificate(request: Request) -> str:
+    """The SHA-256 of the certificate that the client has shown; empty without one."""
+    return str(request.scope.get("state", {}).get(CLIENT_CERTIFICATE, ""))

@@ -1,15 +1,19 @@
 """Security of the page: the loopback address, or another one with users and TLS."""
 
 import ssl
+from collections.abc import Collection
 from dataclasses import dataclass
+from ipaddress import IPv4Address, ip_address
 from pathlib import Path
 
 from runtime.network_interfaces import is_loopback_address
-from shoal.console.certificate import CERTIFICATE, KEY, certificate_names
+from shoal.console.certificate import CERTIFICATE, KEY, certificate_names, own_names
+from shoal.console.client_certificate import AUTHORITY
 from shoal.console.users import Users, UsersError
 from support.user_folders import config_folder
 
 LOOPBACK = "127.0.0.1"
+ANY = IPv4Address("0.0.0.0")
 
 
 class PageSecurityError(ValueError):
@@ -18,12 +22,17 @@ class PageSecurityError(ValueError):
 
 @dataclass(frozen=True)
 class PageSecurity:
-    """Address, users and certificate of a page; `hosts` are its names in a browser, the first one for links."""
+    """Address, users and certificate of a page; `hosts` are its names in a browser, the first one for links.
+
+    `client_authority` is the certificate that has signed those of clients. `notice` is a sentence for the operator.
+    """
 
     address: str = LOOPBACK
     users: Users | None = None
     certificate: Path | None = None
     key: Path | None = None
+    client_authority: Path | None = None
+    notice: str = ""
     hosts: tuple[str, ...] = (LOOPBACK, "localhost")
 
     @property
@@ -72,4 +81,18 @@ def read_page_security(address: str, folder: Path) -> PageSecurity:
         raise PageSecurityError(f"{certificate}: it names no computer: shoal console certificate{where}")
     first = [name for name in names if name == address]
     hosts = tuple(dict.fromkeys((*first, *names, LOOPBACK, "localhost")))
-    return PageSecurity(address, users, certificate, key, hosts)
+    authority = folder / AUTHORITY
+    notice = _missing_address(address, names, f"shoal console certificate --force{where}")
+    return PageSecurity(address, users, certificate, key, authority if authority.exists() else None, notice, hosts)
+
+
+def _missing_address(address: str, names: Collection[str], command: str) -> str:
+    """Name the addresses of the page that its certificate lacks, whose requests are rejected; empty if it names one."""
+    own = [address] if ip_address(address) != ANY else [name for name in own_names() if not _is_loopback(name)]
+    if any(name in names for name in own):
+        return ""
+    return f"the certificate of the page names none of {', '.join(own)}: browsers do not reach it there: {command}"
+
+
+def _is_loopback(name: str) -> bool:
+    return name in (LOOPBACK, "localhost")

@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import ssl
 import time
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -82,8 +83,8 @@ class ConsoleServer:
     ) -> None:
         libraries, missing = read_browser_files()
         tiles = tiles or TileSets(None)
-        self.troubles: list[str] = [*missing, *tiles.troubles]
         self.security: PageSecurity = security or PageSecurity()
+        self.troubles: list[str] = [*missing, *tiles.troubles, *filter(None, [self.security.notice])]
         self._network = network
         self._socket = PageListener(listener or _listening_socket(self.security.address, port))
         self.port: int = self._socket.getsockname()[1]
@@ -131,6 +132,8 @@ class ConsoleServer:
                 timeout_graceful_shutdown=ENDING,
                 ssl_certfile=self.security.certificate,
                 ssl_keyfile=self.security.key,
+                ssl_ca_certs=self.security.client_authority,
+                ssl_cert_reqs=ssl.CERT_OPTIONAL if self.security.client_authority else ssl.CERT_NONE,
             ),
             self._socket,
         )

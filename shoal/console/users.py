@@ -20,6 +20,8 @@ MOST_COST = 1 << 16
 SALT, HASH = 16, 64  # bytes
 SHORTEST_PASSWORD, LONGEST_PASSWORD = 8, 256
 MOST_USERS = 256
+MOST_CERTIFICATES = 8  # of a user
+CERTIFICATE = re.compile(r"certificate\$([0-9a-f]{64})")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,31}")
 PRIVATE = 0o600
 FILE = "users.txt"
@@ -62,6 +64,7 @@ class _Entry:
     cost: int
     salt: bytes
     hash: bytes
+    certificates: tuple[str, ...] = ()
 
     @classmethod
     def of_password(cls, role: Role, password: str) -> Self:
@@ -76,14 +79,19 @@ class _Entry:
     @classmethod
     def parse(cls, role: str, text: str) -> Self:
         """Raises ValueError."""
-        kind, cost, salt, found = text.split("$")
+        password, *others = text.split(":")
+        kind, cost, salt, found = password.split("$")
         if kind != "scrypt" or not 2 <= int(cost) <= MOST_COST or int(cost).bit_count() != 1:
             raise ValueError
-        return cls(Role[role.upper()], int(cost), base64.b64decode(salt), base64.b64decode(found))
+        certificates = tuple(match[1] for match in map(CERTIFICATE.fullmatch, others) if match is not None)
+        if len(certificates) != len(others):
+            raise ValueError
+        return cls(Role[role.upper()], int(cost), base64.b64decode(salt), base64.b64decode(found), certificates)
 
     def __str__(self) -> str:
         parts = (base64.b64encode(each).decode() for each in (self.salt, self.hash))
-        return f"{self.role.word}:scrypt${self.cost}${'$'.join(parts)}"
+        others = "".join(f":certificate${each}" for each in self.certificates)
+        return f"{self.role.word}:scrypt${self.cost}${'$'.join(parts)}{others}"
 
     def matches(self, password: str) -> bool:
         return hmac.compare_digest(_scrypt(password, self.salt, self.cost), self.hash)
@@ -92,13 +100,15 @@ class _Entry:
 class Users:
     """The users in the file users.txt of a folder, which is read again when it changes; without it there are none.
 
-    Each line is NAME:ROLE:scrypt$COST$SALT$HASH. Raises UsersError if others than its owner can read the file, or a
-    line is damaged, at the start; later the users are then none.
+    Each line is NAME:ROLE:scrypt$COST$SALT$HASH, with :certificate$SHA256 for each client certificate. Raises
+    UsersError if others than its owner can read the file, or a line is damaged, at the start. Later the users are then
+    none, and `trouble` says why, until the file is repaired.
     """
 
     def __init__(self, folder: Path) -> None:
         self.path: Path = folder / FILE
-        self._known: tuple[int, int] | None = None
+        self.trouble: str = ""
+        self._known: tuple[int, int, int] | None = None
         self._entries: dict[str, _Entry] = {}
         self._nobody = _Entry.of_nobody()
         self._read()
@@ -128,14 +138,33 @@ class Users:
 
     def add(self, name: str, role: Role, password: str) -> None:
         """Add a user, or replace one, in the file; a new password ends its sessions. Raises UsersError, OSError."""
-        if not NAME.fullmatch(name) or name == LOCAL.name:
-            raise UsersError(f"{quoted(name)} cannot be the name of a user: up to 32 letters, digits, '.', '_' or '-'")
+        self.check_name(name)
         if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
             raise UsersError(f"a password has {SHORTEST_PASSWORD} to {LONGEST_PASSWORD} characters")
         known = self._entries.get(name)
         is_same = known is not None and known.matches(password)
         entry = replace(known, role=role) if known is not None and is_same else _Entry.of_password(role, password)
+        if known is not None:
+            entry = replace(entry, certificates=known.certificates)
         self._write(self._entries | {name: entry})
+
+    def add_certificate(self, name: str, role: Role, sha256: str) -> None:
+        """Let a client certificate, by the hexadecimal digits of its SHA-256, log in a user, who is added if needed.
+
+        Raises UsersError, OSError.
+        """
+        self.check_name(name)
+        entry = self._entries.get(name) or _Entry.of_nobody()
+        certificates = *entry.certificates, sha256
+        if len(certificates) > MOST_CERTIFICATES:
+            raise UsersError(f"{name} has {MOST_CERTIFICATES} certificates: remove the user, and make new ones")
+        self._write(self._entries | {name: replace(entry, role=role, certificates=certificates)})
+
+    def certificate_user(self, sha256: str) -> User | None:
+        """The user of a client certificate."""
+        self._refresh()
+        found = (name for name, entry in self._entries.items() if sha256 in entry.certificates)
+        return next((User(name, self._entries[name].role) for name in found), None)
 
     def remove(self, name: str) -> None:
         """Remove a user from the file; its sessions end. Raises UsersError if there is none, OSError."""
@@ -148,6 +177,12 @@ class Users:
         self._refresh()
         return {name: entry.role for name, entry in self._entries.items()}
 
+    @staticmethod
+    def check_name(name: str) -> None:
+        """Raises UsersError for a name that no user can have."""
+        if not NAME.fullmatch(name) or name == LOCAL.name:
+            raise UsersError(f"{quoted(name)} cannot be the name of a user: up to 32 letters, digits, '.', '_' or '-'")
+
     def _write(self, entries: dict[str, _Entry]) -> None:
         if len(entries) > MOST_USERS:
             raise UsersError(f"there are at most {MOST_USERS} users")
@@ -158,23 +193,23 @@ class Users:
     def _refresh(self) -> None:
         try:
             self._read()
-        except (UsersError, OSError):
-            self._entries = {}
+        except (UsersError, OSError) as error:
+            self._entries, self.trouble = {}, str(error)
 
     def _read(self) -> None:
         try:
             found = os.stat(self.path)
         except FileNotFoundError:
-            self._known, self._entries = None, {}
+            self._known, self._entries, self.trouble = None, {}, ""
             return
-        if (version := (found.st_mtime_ns, found.st_ino)) == self._known:
+        if (version := (found.st_mtime_ns, found.st_ino, found.st_size)) == self._known:
             return
         self._known = None
         if stat.S_IMODE(found.st_mode) & 0o077:
             raise UsersError(f"{self.path}: others can read or change this file: chmod 600 {self.path}")
         lines = self.path.read_text(errors="replace").splitlines()
         self._entries = dict(self._parse_line(number, line) for number, line in enumerate(lines, 1) if line.strip())
-        self._known = version
+        self._known, self.trouble = version, ""
 
     def _parse_line(self, number: int, line: str) -> tuple[str, _Entry]:
         name, _, rest = line.partition(":")

@@ -1,11 +1,14 @@
 // Who I am, a login with a password, and who commands the chosen vehicle.
-import { ask, element, post, say } from "./page.js";
+import { ask, element, make, post, say } from "./page.js";
 
 const LOG_IN = "Log in: open the link that `shoal console` or `shoal run` has printed.";
 
 export function makeAccount(store) {
   let me = null; // session, user and role
   let refusal = ""; // why the login by a link was refused
+
+  const certificate = make("button", "", { id: "login-certificate", type: "button", hidden: true });
+  element("login").append(certificate);
 
   const byLink = async () => {
     const token = location.hash.slice(1);
@@ -21,7 +24,9 @@ export function makeAccount(store) {
     me = answer.ok ? answer : null;
     element("me").textContent = me ? `${me.user} (${me.role})` : "";
     element("logout").hidden = !me;
-    element("login").hidden = me !== null || !answer.passwords;
+    element("login").hidden = me !== null || !(answer.passwords || answer.certificate);
+    certificate.hidden = !answer.certificate;
+    certificate.textContent = `Log in as ${answer.certificate} by certificate`;
     if (me) { if (element("result").textContent.endsWith(LOG_IN)) say(""); return true; }
     if (answer.passwords !== undefined) say(refusal + LOG_IN, "bad");
     return false;
@@ -46,14 +51,18 @@ export function makeAccount(store) {
     element("lease-give").textContent = mine && lease.asked ? `Hand over to ${lease.asked}` : "Give up";
   };
 
-  element("login").onsubmit = async (event) => {
-    event.preventDefault();
-    const answer = await post("/api/login", { user: element("user").value, password: element("password").value });
+  const logIn = async (words) => {
+    const answer = await post("/api/login", words);
     element("password").value = "";
     if (!answer.ok) { say(answer.text, "bad"); return; }
     refusal = "";
     await recall();
   };
+  element("login").onsubmit = (event) => {
+    event.preventDefault();
+    logIn({ user: element("user").value, password: element("password").value });
+  };
+  certificate.onclick = () => logIn({ certificate: true });
   element("logout").onclick = async () => {
     await post("/api/logout", {});
     location.reload();

@@ -3,6 +3,7 @@
 import asyncio
 import http.client
 import json
+import ssl
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,10 +23,15 @@ class ServedPage:
         self.server = server
         self.host = f"127.0.0.1:{server.port}"
         self.cookie = ""
+        self.tls: ssl.SSLContext | None = None
 
     def request(self, method: str, path: str, body: Any = None, **headers: str) -> tuple[int, bytes, dict[str, str]]:
-        connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=10)
-        sent = {"Host": self.host, "Origin": f"http://{self.host}", "Cookie": self.cookie, **headers}
+        if self.tls is None:
+            connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=10)
+        else:
+            connection = http.client.HTTPSConnection("127.0.0.1", self.server.port, timeout=10, context=self.tls)
+        scheme = self.server.security.scheme
+        sent = {"Host": self.host, "Origin": f"{scheme}://{self.host}", "Cookie": self.cookie, **headers}
         connection.request(method, path, None if body is None else json.dumps(body), sent)
         answer = connection.getresponse()
         content = answer.read()
@@ -41,7 +47,7 @@ class ServedPage:
             max_queue=None,  # else frames that nobody reads keep it from closing
         )
 
-    def log_in(self, **words: str) -> None:
+    def log_in(self, **words: object) -> None:
         """Log in with the link, or with user and password."""
         token = self.server.login_link().partition("#")[2]
         status, content, headers = self.request("POST", "/api/login", words or {"token": token})

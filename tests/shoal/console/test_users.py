@@ -1,8 +1,10 @@
 """Users of the page: passwords, roles, and the file that has them."""
 
+import asyncio
+
 import pytest
 
-from shoal.console import Role, Users, UsersError
+from shoal.console import Access, LoginError, Role, Users, UsersError
 
 
 def test_a_user_has_a_password_and_a_role(tmp_path):
@@ -80,3 +82,24 @@ def test_a_damaged_line_is_named_and_lets_nobody_in(tmp_path, line):
     assert users.check("ben", "correct horse") is None
     with pytest.raises(UsersError, match=r"users\.txt:2: not NAME:ROLE"):
         Users(tmp_path)
+
+
+def test_a_file_that_is_edited_in_place_counts_at_once_and_a_damaged_one_ends_no_session(tmp_path):
+    """While the file is damaged nobody may do anything; when it is repaired, sessions are there again."""
+    users = Users(tmp_path)
+    users.add("anna", Role.OPERATE, "correct horse")
+    access = Access(users=users)
+    secret = asyncio.run(access.login_user("anna", "correct horse"))
+    before = users.path.read_text()
+    with users.path.open("r+") as edited:
+        edited.write(before.replace("operate", "watch  "))  # as long as before
+    assert access.session(secret) is None
+    assert "users.txt:1: not NAME:ROLE" in users.trouble
+    with pytest.raises(LoginError, match="the file of users is damaged"):
+        asyncio.run(access.login_user("anna", "correct horse"))
+    users.path.write_text(before.replace("operate", "watch"))
+    assert access.session(secret).user.role is Role.WATCH
+    users.path.write_text("")
+    assert access.session(secret) is None
+    users.path.write_text(before)
+    assert access.session(secret) is None, "she was removed"
