@@ -32,6 +32,7 @@ COMMANDS = {
     "param": ("shoal.cli.param", "Show, set and save the parameters of a running vehicle."),
     "link": ("shoal.cli.link_diagnosis", "Diagnose the connection to a vehicle: traffic both ways, drops, fixes."),
     "console": ("shoal.cli.console", "Show all vehicles in the browser, and command them."),
+    "map": ("shoal.cli.map", "Import charts for the map in the browser."),
     "abort": ("shoal.cli.abort", "Send Abort to a running vehicle, and wait for confirmation."),
     "log": ("shoal.cli.log", "Show, fetch, cut, merge, compare, repair and export logs."),
     "check": ("shoal.cli.check", "Check profiles for mistakes."),
@@ -48,7 +49,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Reach running vehicles": ("console", "ls", "spy", "record", "send", "plan", "param", "link", "abort"),
     "Use logs": ("log", "replay", "resim", "rewind"),
     "Look up and check": ("check", "explain", "tasks", "message"),
-    "Create and install": ("new", "service", "export"),
+    "Create and install": ("new", "service", "export", "map"),
 }
 """Commands by their use, as the help shows them."""
 

@@ -4,6 +4,8 @@ from shoal.console.access import Access, LoginError, PageSession
 from shoal.console.authority import Authority, AuthorityError
 from shoal.console.bus_link import BusLink
 from shoal.console.certificate import CERTIFICATE, certificate_names, make_certificate, own_names
+from shoal.console.chart_import import ChartImportError, ImportedChart, import_chart
+from shoal.console.chart_overlays import SUFFIX as OVERLAY_SUFFIX
 from shoal.console.client_certificate import ClientCertificate, make_client_certificate
 from shoal.console.lease import LeaseError, Leases
 from shoal.console.log_link import LogLink
@@ -17,12 +19,15 @@ from shoal.console.vehicle_page import VehiclePage
 
 __all__ = [
     "CERTIFICATE",
+    "OVERLAY_SUFFIX",
     "Access",
     "Authority",
     "AuthorityError",
     "BusLink",
+    "ChartImportError",
     "ClientCertificate",
     "ConsoleServer",
+    "ImportedChart",
     "LeaseError",
     "Leases",
     "LogLink",
@@ -40,6 +45,7 @@ __all__ = [
     "VehiclePage",
     "access_folder",
     "certificate_names",
+    "import_chart",
     "make_certificate",
     "make_client_certificate",
     "own_names",

@@ -39,7 +39,12 @@ def depth_contours(profile: str | Path) -> list[Line]:
     """
     loaded = load_profile(profile)
     seabed = read_world(loaded.value, offset, loaded.find_file).seabed
-    return list(_lines(seabed)) if seabed is not None and seabed.has_soundings else []
+    return contour_lines(seabed) if seabed is not None and seabed.has_soundings else []
+
+
+def contour_lines(seabed: Bathymetry) -> list[Line]:
+    """Lines of equal depth of a bottom with soundings, as `depth_contours`. Raises ImportError without contourpy."""
+    return list(_lines(seabed))
 
 
 def _lines(seabed: Bathymetry) -> Iterator[Line]:

@@ -28,6 +28,7 @@ from shoal.console.log_link import LogLink
 from shoal.console.log_resume import CONFIGURATION
 from shoal.console.log_routes import LogRoutes
 from shoal.console.logged_pictures import LoggedPictures
+from shoal.console.map_routes import MapRoutes
 from shoal.console.message_rates import MessageCounter, MessageRates
 from shoal.console.page_feed import PageFeed
 from shoal.console.page_listener import PageListener
@@ -98,6 +99,7 @@ class ConsoleServer:
         self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
         self._rates = MessageRates(network, counter, player)
         self._forecasts = ForecastRoutes(network, is_allowed=allows_forecasts)
+        self._map = MapRoutes(network, tiles.overlays, plays_log=player is not None)
         leases = authority.leases.view
         self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
@@ -152,7 +154,7 @@ class ConsoleServer:
         replay, player, systems = self._replay, self._player, self._network.systems
         pictures = LivePictures(self._network) if player is None else LoggedPictures(self._network, player)
         cameras = CameraAnswers(self._network, pictures)
-        views = {**self._logs.questions, **self._rates.questions, **cameras.questions}
+        views = {**self._logs.questions, **self._rates.questions, **cameras.questions, **self._map.questions}
         if replay is None or player is None:
             contours = ContourAnswers(lambda name: name if name in systems else None)
             views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}

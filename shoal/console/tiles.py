@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from shoal.console.chart_overlays import ChartOverlays
+
 ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
 MOST_TILE = 4 << 20  # bytes
 DEEPEST = 24  # zoom level
@@ -18,13 +20,14 @@ KINDS = {
 
 
 class TileSets:
-    """The tile files of a folder, by their names without suffix.
+    """The tile files of a folder, by their names without suffix, and its overlays.
 
     zooms: the least and the largest zoom level of each. troubles: a sentence for each file that cannot be read.
     """
 
     def __init__(self, folder: Path | None) -> None:
-        self.troubles: list[str] = []
+        self.overlays: ChartOverlays = ChartOverlays(folder)
+        self.troubles: list[str] = [*self.overlays.troubles]
         self.zooms: dict[str, tuple[int, int]] = {}
         self._sets: dict[str, ReadTile] = {}
         for path in sorted(folder.iterdir()) if folder is not None else ():

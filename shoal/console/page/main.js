@@ -16,6 +16,7 @@ import { makeOrders } from "./orders.js";
 import { makeFlight } from "./flight.js";
 import { makeCameras } from "./cameras.js";
 import { makeForecast } from "./forecast.js";
+import { makeMapExtras } from "./map_extras.js";
 import { makeReplay } from "./replay.js";
 import { makeSteer } from "./steer.js";
 import { extendTrack, tracksOf } from "./tracks.js";
@@ -32,7 +33,7 @@ const views = {
   log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
   replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
   logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store), steer: makeSteer(store),
-  forecast: makeForecast(store), panels: makePanels(store, (view) => show(view)),
+  forecast: makeForecast(store), extras: makeMapExtras(store), panels: makePanels(store, (view) => show(view)),
 };
 const orders = makeOrders(store);
 let received = performance.now();

@@ -124,7 +124,7 @@ export function makeMap(store) {
   };
 
   map.on("moveend zoomend", drawGrid);
-  map.on("click", (event) => store.drawing && store.addPoint(event.latlng.lat, event.latlng.lng));
+  map.on("click", (event) => store.drawing && !store.measuring && store.addPoint(event.latlng.lat, event.latlng.lng));
   map.on("mousemove", (event) => {
     const { lat, lng } = event.latlng;
     const here = store.vehicle()?.state;
