@@ -34,6 +34,7 @@ from shoal.console.page_feed import PageFeed
 from shoal.console.page_listener import PageListener
 from shoal.console.page_protocol import PageHTTPServer
 from shoal.console.page_security import PageSecurity
+from shoal.console.plan_files import PlanFiles
 from shoal.console.plan_flights import PlanFlights
 from shoal.console.profile_settings import ProfileSettings
 from shoal.console.replay_answers import ReplayAnswers
@@ -98,6 +99,7 @@ class ConsoleServer:
         self._settings, self._panels = settings, panels
         self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
         self._rates = MessageRates(network, counter, player)
+        self._plan_files = PlanFiles(network)
         self._forecasts = ForecastRoutes(network, is_allowed=allows_forecasts)
         self._map = MapRoutes(network, tiles.overlays, plays_log=player is not None)
         leases = authority.leases.view
@@ -157,9 +159,10 @@ class ConsoleServer:
         views = {**self._logs.questions, **self._rates.questions, **cameras.questions, **self._map.questions}
         if replay is None or player is None:
             contours = ContourAnswers(lambda name: name if name in systems else None)
+            parts = self._flights, self._plan_files, self._forecasts, self._logs
             views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}
-            views |= self._forecasts.questions
-            orders = {**self._flights.orders, **self._logs.orders, **self._forecasts.orders}
+            views |= self._plan_files.questions | self._forecasts.questions
+            orders = {path: answer for part in parts for path, answer in part.orders.items()}
             return PageExtensions(views, orders, settings=self._settings, panels=self._panels)
         configuration = player.states.path.parent / CONFIGURATION
         contours = ContourAnswers(lambda name: configuration if name in systems else None)

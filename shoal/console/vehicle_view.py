@@ -24,6 +24,7 @@ KINDS = (
     imc.LogBookEntry,
     imc.NavigationUncertainty,
     imc.PlanControlState,
+    imc.PlanDBState,
     imc.Rpm,
     imc.VehicleMedium,
     imc.VehicleState,
@@ -124,10 +125,12 @@ def position(state: imc.EstimatedState) -> tuple[float, float, float]:
 
 def _plan(system: NetworkSystem) -> View:
     vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
+    stored = system.latest_message(imc.PlanDBState)
     view: View = {
         "mode": None if vehicle is None else word(imc.VehicleState.OpMode, vehicle.op_mode),
         "error": printable(vehicle.last_error) if vehicle is not None and vehicle.last_error else None,
         "motors": motors(system),
+        "stored": None if stored is None else stored.md5.hex(),
         **dict.fromkeys(("state", "outcome", "name", "maneuver", "progress", "eta")),
     }
     if plan is None:

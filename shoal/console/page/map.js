@@ -13,13 +13,13 @@ export function makeMap(store) {
   const L = window.L;
   if (!L) {
     element("map").textContent = "Leaflet is not installed (pip install 'shoal[console]'): there is no map.";
-    store.showPath = store.showDrawn = store.showFlight = () => {};
+    store.showPath = store.showFlight = () => {};
     return { draw: () => {}, resize: () => {} };
   }
   const map = L.map("map", { attributionControl: false, preferCanvas: true, minZoom: 0, maxZoom: DEEPEST });
   map.setView([0, 0], 2);
   L.control.scale({ imperial: false }).addTo(map);
-  const grid = L.layerGroup().addTo(map), plan = L.layerGroup().addTo(map), drawn = L.layerGroup().addTo(map);
+  const grid = L.layerGroup().addTo(map), plan = L.layerGroup().addTo(map);
   const shown = new Map(); // vehicle: { marker, circle, lines, track, dropped, count, line, color, run }
   const contours = L.layerGroup().addTo(map), flight = L.layerGroup().addTo(map);
   store.map = map; // for views that draw layers of their own
@@ -108,12 +108,6 @@ export function makeMap(store) {
     }
     if (places.length) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 });
   };
-  store.showDrawn = () => {
-    drawn.clearLayers();
-    if (store.drawn.length) L.polyline(store.drawn, { color: "#c51b7d", weight: 2 }).addTo(drawn);
-    for (const place of store.drawn) L.circleMarker(place, { radius: 4, color: "#c51b7d" }).addTo(drawn);
-  };
-
   store.showFlight = (rows) => {
     flight.clearLayers();
     const places = rows.filter(([, lat, lon]) => lat !== null && lon !== null).map(([, lat, lon]) => [lat, lon]);

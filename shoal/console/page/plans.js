@@ -1,12 +1,13 @@
 // The plans of a vehicle: listed, drawn on the map, started and stopped; new ones drawn or written.
-import { ask, element, make, order, say } from "./page.js";
+import { ask, element, make, order, post, say } from "./page.js";
+import { makePlanShapes } from "./plan_shapes.js";
 
 export function makePlans(store) {
   let owner = ""; // the vehicle whose plans are listed
   let latest = 0; // number of the latest list that was asked for: those before it come too late
-  let points = [];
+  let stored = null; // what the vehicle has reported last about its plans
+  const shapes = makePlanShapes(store);
   store.drawing = false;
-  store.drawn = points;
 
   const refresh = async () => {
     const vehicle = store.chosen;
@@ -32,31 +33,24 @@ export function makePlans(store) {
       await order(vehicle, "delete", { plan: plan.name });
       if (vehicle === store.chosen) await refresh();
     };
-    item.append(make("span", plan.name), show, start, remove);
+    const edit = make("button", "Edit");
+    edit.onclick = async () => {
+      const answer = await ask("/api/plan-text", { vehicle, plan: plan.name });
+      if (answer.ok) element("plan-text").value = answer.text; else say(answer.text, "bad");
+    };
+    item.append(make("span", plan.name), show, start, remove, edit);
     return item;
   };
 
   const draw = () => {
     const plan = store.vehicle()?.plan;
     if (!plan) return;
+    // Somebody has changed a plan, here or in another program.
+    if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
     const eta = plan.eta ? `, ${plan.eta} s left` : "";
     element("progress").textContent = plan.name
       ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
       : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`;
-  };
-
-  const changePoints = (made) => {
-    points = made;
-    store.drawn = points;
-    element("draw-points").value = String(points.length);
-    store.showDrawn();
-  };
-
-  const yamlOfPoints = () => {
-    const depth = Number(element("draw-depth").value), speed = Number(element("draw-speed").value);
-    const lines = points.map(([lat, lon]) =>
-      `- goto: {lat: ${lat.toFixed(7)}°, lon: ${lon.toFixed(7)}°, depth: ${depth}, speed: ${speed} m/s}`);
-    return `plan: ${JSON.stringify(element("draw-name").value)}\nmaneuvers:\n${lines.join("\n")}\n`;
   };
 
   const put = async (text) => {
@@ -65,25 +59,44 @@ export function makePlans(store) {
     if (vehicle && vehicle === store.chosen) await refresh();
   };
 
-  store.addPoint = (lat, lon) => changePoints([...points, [lat, lon]]);
   element("draw-toggle").onclick = (event) => {
     store.drawing = !store.drawing;
     event.target.setAttribute("aria-pressed", String(store.drawing));
     event.target.textContent = store.drawing ? "Drawing" : "Draw";
   };
-  element("draw-undo").onclick = () => changePoints(points.slice(0, -1));
-  element("draw-text").onclick = () => { element("plan-text").value = yamlOfPoints(); };
+  element("draw-undo").onclick = shapes.undo;
+  element("draw-text").onclick = () => { element("plan-text").value = shapes.yaml(); };
   element("draw-put").onclick = async () => {
-    if (!points.length) { say("press on the map to add points first", "warn"); return; }
-    element("plan-text").value = yamlOfPoints();
-    await put(yamlOfPoints());
+    if (shapes.isEmpty()) { say("press on the map to add points first", "warn"); return; }
+    element("plan-text").value = shapes.yaml();
+    await put(shapes.yaml());
   };
   element("plan-put").onclick = () => put(element("plan-text").value);
+  element("plan-file").onchange = async ({ target }) => {
+    const [file] = target.files;
+    target.value = "";
+    if (!file) return;
+    const answer = await post("/api/plan-import", { vehicle: store.chosen, name: file.name, text: await file.text() });
+    if (!answer.ok) { say(answer.text, "bad"); return; }
+    element("plan-text").value = answer.text;
+    say([`${file.name} is read: see As text`, ...answer.remarks].join("; "), answer.remarks.length ? "warn" : "good");
+    store.showPath(answer.path);
+  };
+  element("plan-save").onclick = async () => {
+    const suffix = element("plan-suffix").value;
+    const answer = await post("/api/plan-export", { vehicle: store.chosen, suffix, text: element("plan-text").value });
+    if (!answer.ok) { say(answer.text, "bad"); return; }
+    const link = make("a", "", { href: URL.createObjectURL(new Blob([answer.text])), download: answer.name });
+    link.click();
+    URL.revokeObjectURL(link.href);
+    say([`${answer.name} is saved`, ...answer.remarks].join("; "), answer.remarks.length ? "warn" : "good");
+  };
   element("plans-refresh").onclick = refresh;
   element("plan-stop").onclick = () => order(store.chosen, "stop");
   const forget = () => {
     latest += 1;
     owner = "";
+    stored = null;
     element("plans").replaceChildren();
     element("progress").textContent = "";
     store.showPath?.([]);
