@@ -41,7 +41,9 @@ def test_a_plan_is_written_and_read_in_each_format(page, suffix):
     again = post(page, "/api/plan-export", text=read["text"], suffix=".json")
     assert again["ok"], again
     if suffix in (".yaml", ".json"):
-        assert json.loads(again["text"]) == json.loads(post(page, "/api/plan-export", text=PLAN, suffix=".json")["text"])
+        assert json.loads(again["text"]) == json.loads(
+            post(page, "/api/plan-export", text=PLAN, suffix=".json")["text"]
+        )
 
 
 @pytest.mark.parametrize(
