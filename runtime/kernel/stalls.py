@@ -9,6 +9,7 @@ from runtime.kernel.timer import Timer
 PUNCTUAL = SECOND // 10  # ns; a call that is due may always be this late
 LISTENING = SECOND  # ns; after a stall, what is waited for has this much time to arrive
 LATEST = 5  # stalls that never count; what has been silent for longer has had its turn in each of them
+COUNTED = SECOND // 2  # ns of each further stall in succession that count for a clock without stalls
 
 
 class Stall(NamedTuple):
@@ -30,11 +31,17 @@ class StallRecord:
     process has run for as long as it lasted, and is no longer among the `LATEST`: then all that had to arrive has had
     the time to. So what is really silent is found also while the computer is too slow at every moment, and a timeout
     of half an hour runs out in half an hour.
+
+    `left_out` is what a clock without stalls leaves out of the `total`: all of a stall, unless it is one of more than
+    `LATEST` in succession, none of which ended `LISTENING` before the next began. Of these the first `COUNTED` ns
+    count, so that on such a computer a timeout runs out in its time, or in two turns per second of it.
     """
 
     def __init__(self) -> None:
         self.total: int = 0  # ns
+        self.left_out: int = 0  # ns
         self._stalls: list[Stall] = []
+        self._succession = 0
 
     def note_delay(self, due: int, now: int) -> int:
         """A call that was due at `due` is made `now` (ns since 1970); returns by how much the stall has grown (ns)."""
@@ -42,13 +49,21 @@ class StallRecord:
         begin = max(due + PUNCTUAL, last)
         if begin >= now:
             return 0
+        before = self._left_out_of_latest if begin == last else 0
         if begin == last:
             self._stalls[-1] = Stall(self._stalls[-1].begin, now)
         else:
+            self._succession = self._succession + 1 if begin - last < LISTENING else 1
             older = [stall for stall in self._stalls[:-LATEST] if now - stall.end < stall.length]
             self._stalls = [*older, *self._stalls[-LATEST:], Stall(begin, now)]
         self.total += now - begin
+        self.left_out += self._left_out_of_latest - before
         return now - begin
+
+    @property
+    def _left_out_of_latest(self) -> int:
+        """How much of the latest stall a clock without stalls leaves out (ns)."""
+        return max(0, self._stalls[-1].length - (COUNTED if self._succession > LATEST else 0))
 
     def recent(self, now: int) -> int:
         """The longest stall (ns) of those that ended less than `LISTENING` before `now`; 0 if there was none."""

@@ -143,8 +143,11 @@ class Task(DeviceTask):
 
     @property
     def now_without_stalls(self) -> float:
-        """`now` less all times in which the process stood still: a clock for checks that take the time."""
-        return self._kernel.now - self._kernel.stalls.total / SECOND
+        """`now` less the times in which the process stood still: a clock for checks that take the time.
+
+        Where one stall follows the other, up to 0.5 s of each count, else a silence would hardly age.
+        """
+        return self._kernel.now - self._kernel.stalls.left_out / SECOND
 
     @functools.cached_property
     def random(self) -> "Generator":

@@ -113,6 +113,27 @@ def test_on_a_computer_that_is_always_late_only_the_latest_stalls_are_left_out_o
     kernel.close()
 
 
+@pytest.mark.parametrize(("delay", "counts"), [(0.4, 1.0), (0.9, 0.7), (3.9, 0.7 / 4.0)])
+def test_where_one_stall_follows_the_other_a_clock_without_stalls_counts_half_a_second_of_each(delay, counts):
+    kernel = Kernel(StallingClock(START, overload=(1.0, 10_000.0), delay=delay))
+    every_tenth(kernel)
+    kernel.run(until=START + 30 * SECOND)
+    began, left_out = kernel.now_ns, kernel.stalls.left_out
+    assert left_out > 4 * (delay - 0.1) * SECOND, "the first ones may be all"
+    kernel.run(until=START + 130 * SECOND)
+    passed = kernel.now_ns - began
+    assert passed - (kernel.stalls.left_out - left_out) == pytest.approx(counts * passed, rel=0.05)
+    kernel.close()
+
+
+def test_a_clock_without_stalls_leaves_all_of_a_stall_out_after_a_second_without_any():
+    kernel = Kernel(StallingClock(START, [(5.0 + 1.2 * n, 1.0 if n % 5 else 4.0) for n in range(40)]))
+    every_tenth(kernel)
+    kernel.run(until=START + 200 * SECOND)
+    assert kernel.stalls.left_out == kernel.stalls.total
+    kernel.close()
+
+
 def test_a_long_stall_is_left_out_for_as_long_as_it_lasted_whatever_follows():
     kernel = Kernel(StallingClock(START, [(5.0, 60.0)], overload=(66.0, 10_000.0), delay=0.9))
     every_tenth(kernel)

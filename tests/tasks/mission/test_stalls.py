@@ -155,8 +155,10 @@ def test_on_an_overloaded_computer_a_vehicle_that_pitches_does_not_brake_for_the
 @pytest.mark.heavy
 @pytest.mark.computing
 def test_where_all_moments_are_more_than_a_second_apart_no_sensor_is_blamed(tmp_path):
-    run = Run("lauv-noptilus-1", tmp_path, StallingClock(START, overload=(20.0, 500.0), delay=1.2))
-    assert {label for _, label, _ in run.bad} <= {"Path Control"}  # an AUV cannot be steered at 1 Hz
+    """In deep water: at 0.8 Hz an AUV cannot be steered, and one on the bottom is an error of its own."""
+    clock = StallingClock(START, overload=(20.0, 500.0), delay=1.2)
+    run = Run("lauv-noptilus-1", tmp_path, clock, maneuvers=PLANS["lauv-noptilus-1"])
+    assert {label for _, label, _ in run.bad} <= {"Path Control"}
 
 
 @pytest.mark.heavy
@@ -171,7 +173,7 @@ def test_where_every_call_takes_long_no_sensor_is_blamed(profile, cost, tmp_path
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize("late", [{"delay": 0.4}, {"cost": 0.0016}], ids=["late", "slow"])
+@pytest.mark.parametrize("late", [{"delay": 0.4}, {"cost": 0.0018}], ids=["late", "slow"])
 @pytest.mark.parametrize(
     ("profile", "task", "label"),
     [
@@ -181,14 +183,18 @@ def test_where_every_call_takes_long_no_sensor_is_blamed(profile, cost, tmp_path
     ],
 )
 def test_on_an_overloaded_computer_a_sensor_that_is_silent_is_still_found(profile, task, label, late, tmp_path):
+    """Timeouts are up to 10 s. With the slow calls, turns of the AUV take nearly a second each."""
+    silent = []
+
     async def silence(script):
         await script.sleep(30.0)
         script.task.vehicle.task(task).cancel_callbacks()
+        silent.append(script.now - script.task.vehicle.start_time)
 
     run = Run(profile, tmp_path, StallingClock(START, overload=(20.0, 500.0), **late), happen=silence)
     assert run.report.outcome == "FAILURE"
     assert label in {found for _, found, _ in run.bad}
-    assert run.bad[0][0] < 100.0
+    assert run.bad[0][0] - silent[0] < 15.0
 
 
 @pytest.mark.heavy
@@ -209,7 +215,7 @@ def test_on_an_overloaded_computer_no_drift_of_the_depth_is_found(late, monkeypa
     run = Run("lauv-noptilus-1", tmp_path, clock, seconds=300.0, maneuvers=DIVES)
     assert run.vehicle.kernel.stalls.total > 100 * SECOND
     assert not run.bad
-    assert 0.05 < largest < 0.6
+    assert 0.05 < largest < 0.8
 
 
 @pytest.mark.heavy
