@@ -1,6 +1,7 @@
 """Attitudes that a vehicle cannot have: mostly wrong units."""
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 LARGEST_TILT = math.radians(60.0)
@@ -23,7 +24,7 @@ class AttitudeRange:
     largest_pitch: float = LARGEST_TILT
 
     def __post_init__(self) -> None:
-        self._latest, self._count, self._until = -math.inf, 0, -math.inf
+        self._times, self._until = deque[float](maxlen=SEVERAL), -math.inf
 
     def accepts(self, now: float, phi: float, theta: float, psi: float) -> bool:
         """Whether an attitude at a time (s) can be used."""
@@ -32,9 +33,8 @@ class AttitudeRange:
             return now >= self._until
         if not math.isfinite(phi + theta + psi):
             return False
-        self._count = self._count + 1 if now - self._latest < WITHIN else 1
-        self._latest = now
-        if self._count >= SEVERAL:
+        self._times.append(now)
+        if len(self._times) == SEVERAL and now - self._times[0] < WITHIN:
             self._until = now + HOLD
         return False
 

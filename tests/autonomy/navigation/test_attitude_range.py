@@ -27,6 +27,12 @@ def test_after_several_all_are_rejected_for_three_seconds():
     assert not check.rejects(3.5)
 
 
+def test_single_ones_that_come_again_and_again_are_no_several():
+    found, check = judged(([(0.0, 2.0, 0.0)] + [(0.0, 0.1, 0.0)] * 44) * 20)
+    assert found == ([False] + [True] * 44) * 20
+    assert not check.rejects(18.0)
+
+
 def test_those_that_are_no_number_say_nothing_about_the_others():
     found, check = judged([(0.0, math.nan, 0.0), (math.inf, 0.0, 0.0), (0.0, 0.1, 0.0)] * 20)
     assert found == [False, False, True] * 20

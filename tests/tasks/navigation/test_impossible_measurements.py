@@ -56,6 +56,14 @@ def test_attitudes_in_degrees_are_named(name, tmp_path):
     assert max(abs(state.theta) for state in states) < 0.5
 
 
+@pytest.mark.parametrize("name", ["lauv-noptilus-1", "hexa-00"])
+def test_an_impossible_attitude_now_and_then_does_not_disable_the_others(name, tmp_path):
+    wrong = ("Simulators.IMU/AHRS", imc.EulerAngles(theta=WRONG))
+    states, _, faults = navigate(name, tmp_path, wrong, rate=1.0 / 0.9, seconds=5.0)
+    assert "attitude is impossible in radians" not in faults
+    assert max(abs(state.theta) for state in states) < 0.5
+
+
 @pytest.mark.parametrize("name", VEHICLES)
 @pytest.mark.parametrize("wrong", [NAN, math.inf])
 def test_attitudes_that_are_no_number_do_not_spoil_those_between_them(name, wrong, tmp_path):
