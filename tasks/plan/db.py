@@ -13,13 +13,14 @@ from support.log_limit import LogLimit
 from support.token_bucket import TokenBucket
 from tasks.plan.duplicate_requests import DuplicateRequests
 from tasks.plan.replies import truncate_reply
-from tasks.plan.store import PlanChange, PlanRow, PlanStore, StoreFullError, describe_database_error
+from tasks.plan.store import WAIT, PlanChange, PlanRow, PlanStore, StoreFullError, describe_database_error
 
 Op = imc.PlanDB.Op
 Type = imc.PlanDB.Type
 UNDEFINED = "undefined plan"
 MOST_DAMAGED = 10  # files that are kept
 STATE_PERIOD = 1.0  # s between two states for all, however fast plans change
+RETRY_PERIOD = 10.0  # s between two attempts to use a file that could not be used
 CHANGES, AT_ONCE = 10.0, 4.0  # per second, at once: the disk has to confirm each in a file, which takes 20 to 200 ms
 MOST_WAITING = 100  # requests, of 64 kB at most each
 MOST_OF_ONE = 50  # of one system
@@ -31,8 +32,8 @@ class DB(Task):
     """Stores plans by id and publishes their digests, so that a console can compare them with its own.
 
     They are in `Plan.db` in the vehicle's state folder; on a virtual clock, where nothing may come from an earlier run,
-    in memory. A file that is damaged is renamed, and its readable plans are kept; where no file can be made, plans are
-    kept in memory.
+    in memory. A file that is damaged is renamed, and its readable plans are kept; where no file can be used, plans are
+    kept in memory until it can: then they replace those with the same ids.
     """
 
     storage: str = param(
@@ -61,6 +62,7 @@ class DB(Task):
             trouble = f"plans are kept in memory only: {describe_database_error(error, self._path)}"
             self.log.error(trouble)
             self._store = PlanStore(None)
+            self.after(RETRY_PERIOD, self._retry)
         self.set_entity_state(State.FAULT if trouble else State.NORMAL, trouble or "active")
         self._reply_to_boot(Type.SUCCESS, "initialization complete")
         self._publish_database_state()
@@ -72,7 +74,7 @@ class DB(Task):
 
     def after_restore(self) -> None:
         self._store = PlanStore(None)
-        self._store.restore_rows(*self._rows)
+        self._store.add_rows(*self._rows)
         self._current = None
 
     def stop(self) -> None:
@@ -291,12 +293,31 @@ class DB(Task):
     def _in_memory(self) -> bool:
         return self.storage == "Memory" or (self.storage == "Automatic" and self.vehicle.has_virtual_time)
 
-    def _open(self) -> PlanStore:
+    def _retry(self) -> None:
+        """Use the file as soon as that is possible, with the plans that were kept in memory."""
+        plans, changes = self._store.rows()
+        try:
+            store = self._open(wait=0.0)
+            try:
+                store.add_rows(plans, changes)
+            except sqlite3.Error:
+                store.close()
+                raise
+        except (sqlite3.Error, OSError):
+            self.after(RETRY_PERIOD, self._retry)
+            return
+        self._store.close()
+        self._store = store
+        self.log.info(f"{self._path} can be used again: plans stored from memory: {len(plans)}")
+        self.set_entity_state(State.NORMAL, "active")
+        self._publish_database_state()
+
+    def _open(self, wait: float = WAIT) -> PlanStore:
         path = self._path
         if path is None:
             return PlanStore(None)
         try:
-            return PlanStore(path)
+            return PlanStore(path, wait)
         except sqlite3.DatabaseError as error:
             if isinstance(error, sqlite3.OperationalError) and "UTF-8" not in str(error):
                 raise

@@ -102,15 +102,15 @@ def serialize_fields(plan: imc.PlanSpecification) -> bytes:
 
 
 class PlanStore:
-    """Plans by id. `path` None keeps them in memory.
+    """Plans by id. `path` None keeps them in memory; `wait` (s) is the time for another program that writes.
 
     Raises OSError; sqlite3.Error if the file is no plan database, damaged, or cannot be written.
     """
 
-    def __init__(self, path: Path | None):
+    def __init__(self, path: Path | None, wait: float = WAIT):
         if path is not None:
             make_folder(path.parent)
-        self._base = sqlite3.connect(path or ":memory:", check_same_thread=False, timeout=WAIT)
+        self._base = sqlite3.connect(path or ":memory:", check_same_thread=False, timeout=wait)
         try:
             self._base.executescript(f"BEGIN; {_SCHEMA}")
             self._check(path)
@@ -223,11 +223,13 @@ class PlanStore:
         plans = self._base.execute("SELECT * FROM Plan ORDER BY plan_id").fetchall()
         return plans, self._base.execute("SELECT * FROM LastChange").fetchall()
 
-    def restore_rows(self, plans: list[Row], changes: list[Row]) -> None:
-        """Copy the rows of another store into this empty one. Raises sqlite3.Error."""
+    def add_rows(self, plans: list[Row], changes: list[Row]) -> None:
+        """Copy the rows of another store, all or none, over those with the same ids. Raises sqlite3.Error."""
         with self._base:
-            self._base.executemany("INSERT INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)
-            self._base.executemany("INSERT INTO LastChange VALUES (?, ?, ?)", changes)
+            self._base.executemany("INSERT OR REPLACE INTO Plan VALUES (?, ?, ?, ?, ?, ?)", plans)
+            if changes:
+                self._base.execute("DELETE FROM LastChange")
+                self._base.executemany("INSERT INTO LastChange VALUES (?, ?, ?)", changes)
 
     def _select(self, clause: str, *plan_id: str) -> Iterator[PlanRow]:
         query = f"SELECT plan_id, change_time, change_sid, change_sname, md5, data FROM Plan {clause}"

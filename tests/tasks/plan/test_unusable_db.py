@@ -25,8 +25,11 @@ def path_in(folder):
     return folder / "db" / "lauv-noptilus-1" / "Plan.db"
 
 
-def stored_in(folder):
-    """Start the shipped AUV and send it a plan; its answer, the state of its plan database, and its log book."""
+def stored_in(folder, happen=None):
+    """Start the shipped AUV and send it a plan; its answer, the state of its plan database, and its log book.
+
+    With `happen`, that is called then, and the vehicle runs on for a while.
+    """
     profile = load_profile("lauv-noptilus-1", [ETC], overrides=["Plan.DB:Storage=File"])
     vehicle = build(
         profile,
@@ -45,6 +48,9 @@ def stored_in(folder):
     packet = imc.encode(request)
     vehicle.bus.deliver(imc.decode(packet), packet)
     vehicle.run(5.0)
+    if happen is not None:
+        happen()
+        vehicle.run(20.0)
     state = next(task.entity.description for task in vehicle.tasks if task.name == "Plan.DB")
     vehicle.close()
     return [m for m in answers if m.op == Op.SET][-1], state, log
@@ -61,6 +67,31 @@ def test_a_file_that_another_program_holds_is_named_with_the_remedy(tmp_path):
     assert trouble in log
     assert answer.type == Type.SUCCESS
     assert stored_in(tmp_path)[1] == "active", "when it is free again"
+
+
+def test_plans_move_to_the_file_when_it_can_be_used(tmp_path):
+    path = path_in(tmp_path)
+    store = PlanStore(path)
+    for plan in (PLAN.replace(maneuvers=()), plan_of(goto(0, 0), name="old")):
+        store.set(plan, PlanChange())
+    store.close()
+    with contextlib.closing(sqlite3.connect(path)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        answer, state, log = stored_in(tmp_path, happen=other.rollback)
+    assert (answer.type, state) == (Type.SUCCESS, "active")
+    assert f"{path} can be used again: plans stored from memory: 1" in log
+    store = PlanStore(path)
+    assert [plan.plan_id for plan in store.all()] == ["long", "old"]
+    assert store.get("long").specification().maneuvers == PLAN.maneuvers
+    assert store.state().change_sid == CCU
+    store.close()
+
+
+def test_a_file_that_cannot_be_used_for_long_is_named_once(tmp_path):
+    path_in(tmp_path).mkdir(parents=True)
+    _, state, log = stored_in(tmp_path, happen=lambda: None)
+    assert state.startswith("plans are kept in memory only: ")
+    assert log.count(state) == 1
 
 
 def test_a_file_of_another_program_is_named_and_stays(tmp_path):
