@@ -39,12 +39,8 @@ class BlindDescent:
         """Whether a state that is there again since a time (s) can be used."""
         return not self.final and now - resumed >= RECOVERY
 
-    def has_landed(self, now: float, *, measured: bool, settled: bool = True) -> bool:
-        """Whether the vehicle is on the ground after so long a time or fall; `measured` if its vertical speed is.
-
-        Before losses of power it rises, so until these are `settled` it may take as long as one that is measured.
-        """
-        if settled and self._fallen > self._highest + FALL_MARGIN:
+    def has_landed(self, now: float, *, measured: bool) -> bool:
+        """Whether the vehicle is on the ground after so long a time or fall; `measured` if its vertical speed is."""
+        if self._fallen > self._highest + FALL_MARGIN:
             return True
-        factor = UNMEASURED if settled and not measured else MEASURED
-        return now - self._begun > MARGIN + factor * self._highest / DESCENT
+        return now - self._begun > MARGIN + (MEASURED if measured else UNMEASURED) * self._highest / DESCENT

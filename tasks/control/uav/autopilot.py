@@ -27,7 +27,7 @@ from tasks.control.uav.multirotor_parameters import MultirotorAutopilotTask
 LONGEST_STEP, BLIND_STEP = 1.0, 0.1  # s
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
-LOW, SOON = 1.0, 2.0  # m, s; so near the ground, so soon after it was left, the vehicle may still stand there
+LOW = 1.0  # m; a vehicle that has not been so high above the ground since its takeoff may still stand there
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 LEVEL: Vector = (0.0, 0.0, 1.0)
 
@@ -56,7 +56,8 @@ class Autopilot(MultirotorAutopilotTask):
         landed = getattr(self, "_begun", False) and self._phase is FlightPhase.GROUND
         self._phase, self._begun = FlightPhase.GROUND, landed  # one that has landed stays there, at any altitude
         self._state: imc.EstimatedState | None = None
-        self._stated = self._resumed = self._referred = self._left = -math.inf
+        self._stated = self._resumed = self._referred = -math.inf
+        self._starts = False
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
         self._landing, self._blind = getattr(self, "_landing", ""), getattr(self, "_blind", BlindDescent())
@@ -65,9 +66,7 @@ class Autopilot(MultirotorAutopilotTask):
         self.publish_status()
 
     def stop(self) -> None:
-        if self._phase is FlightPhase.GROUND:
-            self.publish(imc.SetThrusterActuation(id=0, value=0.0))
-        else:  # what was commanded last would stay until the airframe notices the silence
+        if self._phase is not FlightPhase.GROUND:  # the last command stays until the airframe detects the silence
             self._command(self._law.level_command)
 
     @consume
@@ -160,7 +159,8 @@ class Autopilot(MultirotorAutopilotTask):
         why = self._vertical.fault or ("EstimatedState contradicts barometer and accelerometer" if apart else "")
         if why and self._phase is not FlightPhase.GROUND:
             self._descend(state, why)
-        if self._phase is FlightPhase.BLIND and not self._blind.trusts(self.now, self._resumed):
+        arrives = (self._vertical.measured_height(self.now) or math.inf) < self.landing_altitude
+        if self._phase is FlightPhase.BLIND and (arrives or not self._blind.trusts(self.now, self._resumed)):
             self._blind.note_altitude(state.alt)
             return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
@@ -169,7 +169,7 @@ class Autopilot(MultirotorAutopilotTask):
         self._begun = True
         if self._phase is FlightPhase.GROUND:
             if self._follows and self._reference[2] < -RISES and self._can_fly:
-                self._landing, self._left, self._floor = "", self.now, state.alt
+                self._landing, self._starts, self._floor = "", True, state.alt
                 self._enter(FlightPhase.FOLLOW, state)
                 self._fly(state, 0.0)
         else:
@@ -204,7 +204,7 @@ class Autopilot(MultirotorAutopilotTask):
         share = command.thrust / self._law.weight
         stands = touchdown.update(now, descent, falling, share, vertical.fresh_force(now, BLIND_STEP))
         lies = touchdown.lies(now, share, vertical.measured_height(now), vertical.fresh_force(now))
-        low = self._blind.has_landed(now, measured=falling is not None, settled=self._dips.is_settled(now))
+        low = self._dips.is_settled(now) and self._blind.has_landed(now, measured=falling is not None)
         if stands or lies or low:
             self._enter(FlightPhase.GROUND, state)
 
@@ -244,7 +244,8 @@ class Autopilot(MultirotorAutopilotTask):
         """Choose the phase in the air."""
         hovers = self._phase is FlightPhase.HOVER and not self._loops.mask
         timeouts = self.idle_timeout, self.error_timeout
-        low = not self._loops.mask and self.age(self._left) < SOON and state.alt < self._floor + LOW
+        self._starts = self._starts and state.alt < self._floor + LOW
+        low = self._starts and not self._follows
         reason = self._reasons.find(dt, self.landing_fuel_level, timeouts, hovers=hovers)
         if low or reason:
             self._land("stopped at the beginning of a takeoff" if low else reason)

@@ -53,5 +53,15 @@ def test_what_feels_its_weight_without_power_stands_on_the_ground(force, stands)
     assert [dips.stands(12.0 + 0.1 * i, force) for i in range(3)] == [False, False, stands]
 
 
+@pytest.mark.parametrize(("force", "share", "stands"), [(GRAVITY, 0.4, True), (4.0, 0.4, False), (GRAVITY, 1.0, False)])
+def test_where_losses_repeat_rotors_that_carry_little_show_that_the_ground_carries(force, share, stands):
+    """Nor does it rise before a loss then, which would lift it off again."""
+    dips = fail(10.0, 12.0)
+    assert dips.urgent_descent(13.8) < 0.0
+    assert [dips.stands(13.4 + 0.1 * i, force, share) for i in range(4)] == [False, False, False, stands]
+    assert (dips.urgent_descent(13.8) > 0.0) == stands
+    assert not any(fail(10.0).stands(11.0 + 0.1 * i, force, share) for i in range(9)), "a single loss"
+
+
 def test_losses_at_the_same_time_have_no_interval_to_expect_the_next_after():
     assert fail(10.0, 10.0, length=0.0).urgent_descent(10.0) == BLIND_DESCENT

@@ -175,3 +175,29 @@ def test_after_a_stall_the_speed_is_unknown_until_pressures_have_told_it(carried
     assert not estimator.fault
     assert estimator.speed == pytest.approx(0.0, abs=0.7)
     assert any([estimator.contradicts(now, 0.25, height, 5.0) for _ in range(3)]), "it judges again"
+
+
+@pytest.mark.parametrize("rest", [0.4, 1.0, 3.0])
+def test_a_barometer_is_not_judged_by_a_speed_that_the_thrust_alone_gave(rest):
+    """Without sensors for a moment the vehicle touches the ground, where the thrust is no measure of its speed."""
+    estimator, now, height, _ = flown(climb=1.0)
+    noise = np.random.default_rng(3)
+    for _ in range(round(rest / STEP)):
+        now += STEP
+        estimator.advance(now, STEP, GRAVITY - 3.0, UPRIGHT)  # it stands
+    for _ in range(40):
+        now += STEP
+        estimator.receive_force(now, 0.0, 0.0, -GRAVITY)
+        estimator.receive_pressure(now, pressure(30.0 + height + 0.1 * noise.standard_normal()))
+        estimator.advance(now, STEP, GRAVITY, UPRIGHT)
+    assert not estimator.fault
+    assert estimator.has_height(now)
+    assert estimator.speed == pytest.approx(0.0, abs=0.4)
+
+
+def test_an_accelerometer_that_falls_silent_as_the_power_fails_has_not_contradicted_the_thrust():
+    estimator, now, _, _ = flown(climb=0.0)
+    for _ in range(4):
+        now += STEP
+        estimator.advance(now, STEP, 0.0, UPRIGHT)
+    assert not estimator.fault

@@ -155,6 +155,22 @@ def test_a_velocity_that_does_not_come_is_an_error_and_it_hovers():
     assert run.tasks[2].entity.state is State.ERROR
 
 
+@pytest.mark.parametrize("climb", [-1.0, -0.1])
+def test_a_climb_that_is_no_longer_asked_for_as_it_begins_ends_on_the_ground(climb):
+    """Its loop stays enabled: the reference of a console that has lost its link."""
+    run = air(enable(Loops.VELOCITY), *velocity(0.5, w=climb, until=0.9), seconds=20.0)
+    assert max(-state.z for state in run.of(imc.SimulatedState)) < 1.0
+    assert phases(run)[-2:] == ["LAND", "GROUND"]
+    assert run.of(imc.SetThrusterActuation)[-1].value == 0.0
+
+
+def test_an_autopilot_that_ends_in_the_air_leaves_a_level_command():
+    run = air(*UP, *velocity(6.5, u=8.0, until=7.2), seconds=7.2)
+    assert abs(run.of(imc.DesiredPitch)[-2].value) > 0.1
+    assert [run.of(kind)[-1].value for kind in (imc.DesiredRoll, imc.DesiredPitch, imc.DesiredHeadingRate)] == [0.0] * 3
+    assert run.of(imc.SetThrusterActuation)[-1].value == pytest.approx(0.7, abs=0.03)
+
+
 def test_it_descends_level_where_it_does_not_know_its_state():
     class Blinking(Eyes):
         """Publishes states for ten seconds."""

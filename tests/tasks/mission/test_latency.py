@@ -7,6 +7,7 @@ import pytest
 
 import imc
 from tests.tasks.mission.lies import AHRS, BAROMETER, Flight, all_of, before, late, lies
+from tests.tasks.mission.underway import say
 
 pytestmark = pytest.mark.heavy
 
@@ -53,3 +54,14 @@ def test_a_multirotor_whose_sensors_come_late_lands_softly(fault, fly, tmp_path)
     assert -min(flight.depths) < 25.0
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
     assert flight.touchdown <= 2.5
+
+
+@pytest.mark.parametrize(("seconds", "after"), [(1.5, 5.0), (1.5, 8.0), (4.0, 5.0)])
+def test_a_multirotor_whose_attitude_becomes_late_near_the_ground_lands_softly(seconds, after, fly, tmp_path):
+    def inject(vehicle):
+        say(vehicle, imc.Abort(dst=vehicle.system))
+        vehicle.kernel.after(after, late(AHRS, seconds), vehicle)
+
+    flight = fly(tmp_path, inject)
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown < 2.0

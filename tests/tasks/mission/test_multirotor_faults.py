@@ -33,8 +33,8 @@ def test_a_multirotor_whose_pressure_comes_in_another_unit_lands_softly(factor, 
     assert flight.touchdown < 1.5
 
 
-def brown_outs(dip, *times):
-    """The battery has no voltage for `dip` s at each of these times (s), and all sensors restart."""
+def brown_outs(dip, *times, restarting=(GPS, AHRS, BAROMETER)):
+    """The battery has no voltage for `dip` s at each of these times (s), and sensors restart."""
 
     def inject(vehicle):
         battery, injector, dips = vehicle.task("Simulators.Battery"), FaultInjector(vehicle), []
@@ -48,7 +48,7 @@ def brown_outs(dip, *times):
         def begin():
             dips.append(True)
             battery.measure()
-            for task in (GPS, AHRS, BAROMETER):
+            for task in restarting:
                 injector.begin(task, Crash())
             vehicle.kernel.after(dip, end)
 
@@ -75,6 +75,19 @@ def test_a_multirotor_whose_power_fails_for_a_moment_again_and_again_lands_softl
     flight = fly(tmp_path, brown_outs(0.3, *times), "hexa-00", 150.0)
     assert -min(flight.depths) < 12.0
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown < 2.5
+
+
+@pytest.mark.parametrize("begin", [5.0, 7.5])
+@pytest.mark.parametrize(("interval", "restarting"), [(5.0, (GPS, AHRS, BAROMETER)), (5.0, ()), (2.0, ())])
+def test_a_multirotor_whose_power_fails_for_a_moment_again_and_again_stays_down(
+    interval, restarting, begin, fly, tmp_path
+):
+    times = [begin + interval * i for i in range(round(80.0 / interval))]
+    flight = fly(tmp_path, brown_outs(0.3, *times, restarting=restarting), "hexa-00", 110.0)
+    landed = next(i for i, depth in enumerate(flight.depths) if depth > -0.01)
+    assert -min(flight.depths[landed:]) < 0.6, "it bounces"
+    assert not any(flight.depths[landed + 300 :])
     assert flight.touchdown < 2.5
 
 
