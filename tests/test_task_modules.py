@@ -1,10 +1,13 @@
 """Each module of `tasks` is a task, a part of one task, or is shared by tasks that are listed here."""
 
 import ast
+import inspect
+import re
 from pathlib import Path
 
 import pytest
 
+from runtime import Task
 from tests.test_house import ROOT, SOURCES, TASKS, imports, module_of
 
 SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is there
@@ -101,3 +104,15 @@ def test_what_tasks_share_has_those_users(trees):
             assert any(each == shared or each.startswith(f"{shared}.") for each in told), (
                 f"{user} does not use {shared}"
             )
+
+
+def test_a_task_that_commands_actuators_leaves_a_safe_command_as_it_ends():
+    """Also by a failure: else the last command stays until another task detects the silence."""
+    commands = re.compile(r"imc\.(SetThrusterActuation|SetServoPosition|SetControlSurfaceDeflection)\(")
+    found = {}
+    for name, cls in TASKS.items():
+        in_simulation = cls.__module__.startswith("tasks.simulators.")
+        if not in_simulation and commands.search(inspect.getsource(inspect.getmodule(cls))):
+            found[name] = cls.stop is not Task.stop
+    assert len(found) >= 7
+    assert all(found.values()), [name for name, stops in found.items() if not stops]
