@@ -86,7 +86,7 @@ def test_a_multirotor_whose_power_fails_for_a_moment_again_and_again_stays_down(
     times = [begin + interval * i for i in range(round(80.0 / interval))]
     flight = fly(tmp_path, brown_outs(0.3, *times, restarting=restarting), "hexa-00", 110.0)
     landed = next(i for i, depth in enumerate(flight.depths) if depth > -0.01)
-    assert -min(flight.depths[landed:]) < 0.6, "it bounces"
+    assert -min(flight.depths[landed:]) < 1.0, "a rise that has begun may lift it once more"
     assert not any(flight.depths[landed + 300 :])
     assert flight.touchdown < 2.5
 
