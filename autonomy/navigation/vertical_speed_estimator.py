@@ -12,6 +12,7 @@ from support.rotations import Vector
 
 GRAVITY = 9.80665
 PRESSURE_NOISE, GPS_NOISE = 0.15, 3.0  # m
+SLOW_GPS_NOISE = 10.0  # m; with an accelerometer, a correction by heights that may be late takes many seconds
 # Wide, so that the barometer corrects within two seconds what an accelerometer that lies makes of the speed.
 ACCELERATION_NOISE, BIAS_WALK = 0.5, 0.1  # m/s²/√Hz, m/s³/√Hz
 THRUST_NOISE = 1.5  # m/s²/√Hz, of accelerations that the thrust should make
@@ -153,7 +154,8 @@ class VerticalSpeedEstimator:
         self._buried = not self._known and (self._buried or self.height < UNDERGROUND)
         if fix is not None:
             alone = self._useless or self._since > BY_FORCE_ALONE  # its speed may be that of a barometer that lied
-            self._correct_by_gps(now, fix, needed=force is None or alone or self._buried)
+            noise = GPS_NOISE if force is None or self._buried else SLOW_GPS_NOISE
+            self._correct_by_gps(now, fix, noise, needed=force is None or alone or self._buried)
 
     def measured_force(self, now: float, expected: float) -> float | None:
         """The specific force (m/s²) along the mast, without the bias by which speed and barometer contradict it.
@@ -236,7 +238,7 @@ class VerticalSpeedEstimator:
         self._pressed, self._since = now, 0.0
         state.correct((down,), variance)
 
-    def _correct_by_gps(self, now: float, height: float, *, needed: bool) -> None:
+    def _correct_by_gps(self, now: float, height: float, noise: float, *, needed: bool) -> None:
         """Correct by a height (m) from GPS if it is `needed`; its reference is known by the barometer."""
         state = self._filter
         if not math.isfinite(self._reference) or self.has_height(now) or not needed:
@@ -249,7 +251,7 @@ class VerticalSpeedEstimator:
             self._reference -= off
         if verdict is GateDecision.ACCEPTED:
             self._fixed = now
-            state.correct((self._reference - height,), GPS_NOISE**2)
+            state.correct((self._reference - height,), noise**2)
 
     def has_height(self, now: float) -> bool:
         """Whether the barometer measures the height."""

@@ -201,3 +201,20 @@ def test_an_accelerometer_that_falls_silent_as_the_power_fails_has_not_contradic
         now += STEP
         estimator.advance(now, STEP, 0.0, UPRIGHT)
     assert not estimator.fault
+
+
+def test_late_heights_by_gps_make_little_of_a_speed_that_the_accelerometer_gives():
+    """The barometer has jumped, so that it is not used; a speed that follows late heights would make it oscillate."""
+    estimator, begin, height, _ = flown(climb=0.0, gps=lambda h: h)
+    heights, off = [height] * 31, []
+    for step in range(round(30.0 / STEP)):
+        now, phase = begin + STEP * (step + 1), 2.0 * math.pi * step * STEP / 8.0
+        climb, a = 1.5 * math.sin(phase), 1.5 * 2.0 * math.pi / 8.0 * math.cos(phase)
+        heights.append(heights[-1] + STEP * climb)
+        estimator.receive_force(now, 0.0, 0.0, -(GRAVITY + a))
+        estimator.receive_pressure(now, 0.01 * pressure(30.0 + heights[-1]))
+        if step % 4 == 0:
+            estimator.receive_gps_height(heights[-31])
+        estimator.advance(now, STEP, GRAVITY + a, UPRIGHT)
+        off.append(abs(estimator.speed + climb))
+    assert max(off[100:]) < 0.8
