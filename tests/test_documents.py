@@ -7,9 +7,13 @@ import os
 import re
 import subprocess
 import sys
+from operator import attrgetter
 from pathlib import Path
 
 import pytest
+
+from runtime import Task
+from runtime.testing import simulate
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -97,6 +101,14 @@ def test_what_documents_say_of_shoal_is_found_by_import_shoal():
     code = "\n".join(["import shoal", *sorted(told)])
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=HANGS)
     assert done.returncode == 0, done.stderr
+
+
+def test_methods_of_a_task_that_documents_name_exist():
+    text = "\n".join(document.read_text() for document in DOCUMENTS)
+    named = {call for code in re.findall(r"`[^`\n]+`", text) for call in re.findall(r"\bself\.([a-z_.]+)\(", code)}
+    assert {"log.info", "publish"} <= named
+    simulated = simulate(Task).task
+    assert not [name for name in sorted(named) if not callable(attrgetter(name)(simulated))]
 
 
 def test_promises_name_tests_that_exist():
