@@ -10,10 +10,12 @@ import sys
 from operator import attrgetter
 from pathlib import Path
 
+import click
 import pytest
 
 from runtime import Task
 from runtime.testing import simulate
+from shoal.cli import main
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -109,6 +111,30 @@ def test_methods_of_a_task_that_documents_name_exist():
     assert {"log.info", "publish"} <= named
     simulated = simulate(Task).task
     assert not [name for name in sorted(named) if not callable(attrgetter(name)(simulated))]
+
+
+def options_of(command):
+    """Names of the options of a command, for a group also those of its commands: one of them is the default."""
+    own = {name for param in command.params for name in (*param.opts, *param.secondary_opts)}
+    if not isinstance(command, click.Group):
+        return own
+    context = click.Context(command)
+    return own.union(*(options_of(command.get_command(context, name)) for name in command.list_commands(context)))
+
+
+def test_options_that_documents_name_exist():
+    context, wrong, found = click.Context(main), [], 0
+    for document in DOCUMENTS:
+        for line in re.findall(r"(?:^|`)shoal ([^`\n|&;]*)", document.read_text(), re.MULTILINE):
+            command, *words = main, *line.split()
+            while words and isinstance(command, click.Group) and (inner := command.get_command(context, words[0])):
+                command = inner
+                words.pop(0)
+            named = {word.partition("=")[0] for word in words if re.match(r"--[a-z]", word)}
+            wrong += [f"{document.name}: shoal {line}"] if named - options_of(command) - {"--help"} else []
+            found += len(named)
+    assert found > 100
+    assert not wrong
 
 
 def test_promises_name_tests_that_exist():
