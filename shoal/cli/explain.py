@@ -120,17 +120,25 @@ def _is_shown(row: OptionRow, parameter: Parameter, section: Section | None) -> 
 
 
 def _short(origin: Origin) -> str:
-    """File and line; a file below the working folder is relative to it, one of Shoal's own begins with etc/.
+    """File and line; a file below the working folder is relative to it, and one of Shoal's own to `_own_root`."""
+    path, here, root = Path(origin.file).absolute(), Path.cwd(), _own_root()
+    roots = [here] if root is None else [here, root]
+    found = next((each for each in roots if path.is_relative_to(each)), None)
+    return str(origin) if found is None else str(origin._replace(file=str(path.relative_to(found))))
 
-    Where the working folder has an etc/ of its own, Shoal's are shown in full.
+
+def _own_root() -> Path | None:
+    """The folder to which Shoal's own files are relative: that of its etc/, or its parent if there is an etc/ here.
+
+    None if etc/ is below the working folder, or if both would name files of the working folder.
     """
-    path, here, own = Path(origin.file).absolute(), Path.cwd(), own_etc().parent
-    roots = [here] if (here / own_etc().name).exists() else [here, own]
-    root = next((root for root in roots if path.is_relative_to(root)), None)
-    return str(origin._replace(file=str(path.relative_to(root)))) if root is not None else str(origin)
+    own, here = own_etc(), Path.cwd()
+    free = (root for root in own.parents[:2] if not (here / own.relative_to(root)).exists())
+    return None if own.is_relative_to(here) else next(free, None)
 
 
 def _print_place_of_own_files() -> None:
     """Print where the files that are shown as etc/... can be opened."""
-    if not (Path.cwd() / own_etc().name).exists():
-        click.echo(printable(f"{own_etc().name}/ is {own_etc()}"), err=True)
+    own, root = own_etc(), _own_root()
+    if root is not None:
+        click.echo(printable(f"{own.relative_to(root)}/ is {own}"), err=True)

@@ -319,13 +319,20 @@ def test_other_texts_are_no_durations(text):
 
 
 def test_the_files_that_explain_names_can_be_opened(shoal, tmp_path):
-    """Shown as etc/... with the place of that folder, or in full where the working folder has an etc/ of its own."""
+    """Shown as etc/... with the place of that folder; with its parent where the working folder has an etc/, too."""
     found = shoal("explain", "lauv-noptilus-1", "General").output
     (place,) = [line.removeprefix("etc/ is ") for line in found.splitlines() if line.startswith("etc/ is ")]
     shown = set(re.findall(r"\S+\.ini(?=:\d)", found))
     assert {"etc/lauv-noptilus-1.ini", "etc/auv/basic.ini"} <= shown
     assert all((Path(place).parent / name).is_file() for name in shown)
+
     (tmp_path / "etc").mkdir()
+    parent = f"{Path(place).parent.name}/etc"
+    found = shoal("explain", "lauv-noptilus-1", "General").output
+    assert f" {parent}/lauv-noptilus-1.ini:" in found
+    assert f"{parent}/ is {place}" in found
+
+    (tmp_path / parent).mkdir(parents=True)
     found = shoal("explain", "lauv-noptilus-1", "General").output
     assert f"{place}/lauv-noptilus-1.ini:" in found
     assert "etc/ is " not in found
