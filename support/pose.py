@@ -37,7 +37,7 @@ class Pose(NamedTuple):
 
     @property
     def rotation(self) -> Matrix:
-        """From this frame to the outer one."""
+        """Transform from this frame to the outer one."""
         return rotation(self.phi, self.theta, self.psi)
 
     @property

@@ -10,7 +10,7 @@ REPOSITORY = Path(__file__).parents[1]
 PACKAGES = ("autonomy", "bench", "imc", "mavlink", "runtime", "shoal", "support", "tasks", "world")
 HEADLESS = (
     *("What", "Whatever", "Who", "Whom", "Whose", "Where", "How", "Which", "When", "Why"),
-    *("By", "Of", "That", "Those", "Says", "Tells"),
+    *("As", "By", "From", "In", "Of", "That", "There", "Those", "Says", "Tells", "Somebody", "Nobody"),
 )
 
 

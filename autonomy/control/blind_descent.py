@@ -32,7 +32,7 @@ class BlindDescent:
         self._highest = max(self._highest, altitude)
 
     def note_fall(self, dt: float, speed: float) -> None:
-        """It has fallen for `dt` s with a speed (m/s) that nothing measures."""
+        """Add a fall of `dt` s with a speed (m/s) that no sensor measures."""
         self._fallen += dt * max(0.0, speed - DESCENT)
 
     def trusts(self, now: float, resumed: float) -> bool:

@@ -247,7 +247,7 @@ class AscentMonitor:
                 self.helping, self._paused, self._floats = False, now + PAUSE, not self.heavy
 
     def _pause_astern(self, now: float, depth: float) -> None:
-        """Have the vehicle coast when going astern no longer lifts it: its jammed fins have turned the bow up."""
+        """Coast when going astern no longer lifts the vehicle: its jammed fins have turned the bow up."""
         if not self.astern or now < self._coasts or self._turns_ahead:
             self._pulse = self._highest = math.inf
             return

@@ -150,7 +150,7 @@ def estimate_maneuver(
 def _estimate_scheduled(
     maneuver: imc.ScheduledGoto, leg: float, end: LatLon, train: Powertrain, now: float
 ) -> ManeuverEstimate:
-    """It circles at the slowest speed first if there is more time than that takes."""
+    """Circle at the slowest speed first if there is more time than the path takes."""
     left = maneuver.arrival_time - now
     needed = leg / left if left > 0.0 else math.inf
     if leg / train.fastest - left > LATENESS and maneuver.delayed != imc.ScheduledGoto.Delayed.RESUME:

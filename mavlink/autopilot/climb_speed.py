@@ -24,7 +24,7 @@ class ClimbSpeed:
         self.restart()
 
     def restart(self) -> None:
-        """There is a new takeoff."""
+        """Begin a new takeoff."""
         self._wrong_since = math.inf
         self._corrected = self._reported = False
 

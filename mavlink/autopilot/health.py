@@ -48,7 +48,7 @@ class SensorHealth:
                 self._show(label, state, words)
 
     def report_navigation_state(self) -> None:
-        """There is a new state."""
+        """Take a new state."""
         self._show(NAVIGATION, *self._navigation)
 
     def report_missing_messages(self, names: list[str], seconds: float) -> None:

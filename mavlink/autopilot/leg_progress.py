@@ -19,7 +19,7 @@ class LegProgress:
         self._reported = -math.inf
 
     def restart(self, now: float) -> None:
-        """There is a new leg."""
+        """Begin a new leg."""
         self.error, self._reported = "", -math.inf
         self._divergence.restart(now)
 

@@ -25,7 +25,7 @@ class LegSpeed:
         self.restart(math.nan)
 
     def restart(self, speed: float) -> None:
-        """There is a new leg."""
+        """Begin a new leg."""
         self.speed: float = speed
         self.error: str = ""
         self.warning: str = ""

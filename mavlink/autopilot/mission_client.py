@@ -87,13 +87,13 @@ class MissionClient:
         self._request("MISSION_COUNT", {"count": len(items)}, now)
 
     def reset(self) -> None:
-        """There is no mission of ours any more: the autopilot has gone, or it is not needed."""
+        """Forget the mission: the autopilot has gone, or it is not needed."""
         self.phase, self.error, self.items, self.changed = MissionPhase.NONE, "", (), False
         self.begun, self.current, self.reached = False, -1, -1
         self._id, self._total, self._redirected_at, self._unsure = 0, UNKNOWN_TOTAL, -math.inf, False
 
     def fail(self, reason: str) -> None:
-        """There will be no mission."""
+        """Give up the mission."""
         self.phase, self.error = MissionPhase.FAILED, reason
 
     def receive(self, name: str, values: Mapping[str, Any], now: float) -> None:

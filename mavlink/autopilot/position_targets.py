@@ -41,7 +41,7 @@ class PositionTargets:
         self.restart()
 
     def restart(self) -> None:
-        """There is a new leg."""
+        """Begin a new leg."""
         self._target: Target | None = None
         self._sent_at = self._shown_at = -math.inf
         self._wait, self._away = CONFIRMATION, math.inf

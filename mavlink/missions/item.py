@@ -49,13 +49,13 @@ class Item(NamedTuple):
 
     @classmethod
     def of(cls, fields: Fields) -> "Item":
-        """From the values of MISSION_ITEM_INT."""
+        """Item with the values of MISSION_ITEM_INT."""
         values: Any = fields
         return cls(*(values[name] for name in cls._fields))
 
     @classmethod
     def of_legacy(cls, fields: Fields) -> "Item":
-        """From the values of MISSION_ITEM, whose x and y are floats. Raises BadItem if they are not numbers."""
+        """Item with the values of MISSION_ITEM, whose x and y are floats. Raises BadItem if they are not numbers."""
         values: Any = fields
         factor = 1.0 if values["command"] in WITHOUT_POSITION else DEGREES
         whole: dict[str, int] = {}

@@ -53,7 +53,7 @@ class VehicleOptions(Protocol):
 
     @property
     def takeoff_altitude(self) -> float:
-        """In m above home, of a takeoff without one."""
+        """Altitude of a takeoff that names none, in m above home."""
         ...
 
     @property

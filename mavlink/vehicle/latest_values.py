@@ -128,17 +128,17 @@ class LatestValues:
 
     @property
     def voltage(self) -> float:
-        """In V; if several entities measure it, the batteries count. NaN: unknown."""
+        """Voltage in V; if several entities measure it, the batteries count. NaN: unknown."""
         return self._of_battery(imc.Voltage)
 
     @property
     def current(self) -> float:
-        """In A; NaN: unknown."""
+        """Current in A; NaN: unknown."""
         return self._of_battery(imc.Current)
 
     @property
     def fuel(self) -> float:
-        """In %; NaN: unknown."""
+        """Charge in %; NaN: unknown."""
         return value_of(self.get(imc.FuelLevel))
 
     @property

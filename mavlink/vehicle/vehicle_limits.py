@@ -26,17 +26,17 @@ class VehicleLimits:
 
     @property
     def max_speed(self) -> float:
-        """In m/s."""
+        """Speed limit in m/s."""
         return self._present().fastest
 
     @property
     def max_depth(self) -> float:
-        """In m, of places to which a station may send the vehicle."""
+        """Depth limit in m, of places to which a station may send the vehicle."""
         return self._present().deepest - MAVLINK_MARGIN
 
     @property
     def max_altitude(self) -> float:
-        """In m above the ground."""
+        """Altitude limit in m above the ground."""
         return self._present().highest
 
     def contains(self, lat: float, lon: float) -> bool | None:

@@ -144,7 +144,7 @@ class Device:
         return True
 
     def set_destination(self, piece: bytes) -> None:
-        """From now on `write` sends to the sender of this datagram, when several send to one port; else no effect."""
+        """Let `write` send to the sender of this datagram, when several send to one port; else no effect."""
         if isinstance(self._connection, UdpConnection) and isinstance(piece, Datagram) and piece.source is not None:
             self._connection.set_destination(piece.source)
 

@@ -36,7 +36,7 @@ def create_log(folder: Path, source: imc.Log | None = None) -> Generator[LsfWrit
 
 @contextmanager
 def _named(part: Path, path: Path) -> Generator[None]:
-    """Has errors of a file name the one that it was to become."""
+    """Replaces the path in errors of a temporary file by its final path."""
     try:
         yield
     except OSError as error:

@@ -67,7 +67,7 @@ class _Handlers:
             self.handlers.append(subscription.handler)
 
     def on_reconfigure(self, owner: object) -> None:
-        """Does nothing: the journal has the change."""
+        """Skip the change: the journal has it."""
 
 
 def _begin(task: Task, past: JournalStart) -> None:

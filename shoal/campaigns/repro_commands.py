@@ -15,19 +15,19 @@ _LONGEST = 1 << 20
 
 
 def rerun_command(data: CampaignResults, run: int) -> str:
-    """Does a run again."""
+    """Command that repeats a run."""
     return shlex.join(
         ["shoal", "campaign", "rerun", str(data.folder), "--run", str(run), *_code_options(data.metadata)]
     )
 
 
 def scenario_test_command(data: CampaignResults, scenario: Path) -> str:
-    """Runs a scenario that a search has written."""
+    """Command that runs a scenario that a search has written."""
     return shlex.join(["shoal", "test", str(scenario), *_code_options(data.metadata)])
 
 
 def resume_command(data: CampaignResults, runs: int) -> str:
-    """Does what is left of `runs`. Paths are those of the data set, also if they are not on this computer."""
+    """Command for the remaining `runs`. Paths are those of the data set, also if they are not on this computer."""
     about = data.metadata
     given = [word for place, value in about["fixed"].items() for word in ("--set", f"{place}={_inline_yaml(value)}")]
     if (logs := about.get("logs", "none")) != "none":

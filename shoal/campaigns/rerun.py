@@ -1,4 +1,4 @@
-"""Does one run of a campaign again, as it was or with other values."""
+"""Repeats one run of a campaign, unchanged or with other values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

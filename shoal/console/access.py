@@ -23,7 +23,7 @@ class LoginError(Exception):
 
 @dataclass(frozen=True)
 class PageSession:
-    """Somebody who is logged in; the number is no secret."""
+    """Session of a user; the number is no secret."""
 
     number: int
     user: User

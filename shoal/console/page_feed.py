@@ -86,7 +86,7 @@ class PageFeed:
 
     @contextmanager
     def watching(self) -> Generator[None]:
-        """Somebody looks in another way than by a page."""
+        """Note that a viewer other than a page is connected."""
         self._watchers += 1
         self._on_viewer()
         try:

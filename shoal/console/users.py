@@ -48,7 +48,7 @@ class UsersError(ValueError):
 
 @dataclass(frozen=True)
 class User:
-    """Somebody who has logged in."""
+    """User who has logged in."""
 
     name: str
     role: Role

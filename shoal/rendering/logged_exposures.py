@@ -214,7 +214,7 @@ class _ExposureRecorder:
         self._take(time, state)
 
     def offload(self, function: Callable[..., Any], *args: Any, then: Callable[[Any], object], latency: float = 0.0):
-        """In place of Task.offload."""
+        """Replaces Task.offload."""
         task = self.task
         if getattr(function, "__self__", None) is task.shutter:
             time, view = task.exposed

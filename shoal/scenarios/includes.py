@@ -21,7 +21,7 @@ _VARIANT_NAME = re.compile(r"\w[\w.+-]*")
 
 
 class IncludedFiles(Node):
-    """In place of the includes of a file, once they are merged: `paths` are those of all files that were read."""
+    """Marker for merged includes of a file: `paths` are those of all files that were read."""
 
     __slots__ = ("paths",)
 

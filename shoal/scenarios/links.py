@@ -175,7 +175,7 @@ class LinkEndpoint:
 
 
 class _Path:
-    """From one end to another."""
+    """Route from one end to another."""
 
     def __init__(self, channel: LinkChannel, sender: LinkEndpoint, receiver: LinkEndpoint):
         self.receiver = receiver

@@ -46,7 +46,7 @@ class PathEnd(NamedTuple):
 
     @classmethod
     def from_maneuver(cls, maneuver: Any) -> "PathEnd":
-        """From the fields of a maneuver that has them all."""
+        """End with the fields of a maneuver that has them all."""
         return cls(*(getattr(maneuver, name) for name in cls._fields))
 
     def duration(self, distance: float) -> float:

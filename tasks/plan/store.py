@@ -55,7 +55,7 @@ def describe_database_error(error: sqlite3.Error | OSError, path: Path | None) -
 
 
 class StoreFullError(ValueError):
-    """There is no room for one more plan."""
+    """Raised when there is no room for one more plan."""
 
 
 class PlanChange(NamedTuple):

@@ -226,7 +226,7 @@ class MUGDetectionCamera(Task):
         return AttitudeAndHeight(*truth.angles, estimated_height if spot.down is None else spot.down - truth.down)
 
     def _mount(self, roll: float, pitch: float, yaw: float) -> Floats:
-        """From the optical frame to the body, (4, 4), of a camera that is turned after it looked down."""
+        """Transform from the optical frame to the body, (4, 4), of a camera that is turned after it looked down."""
         x, y, z = self.mount_position
         return optical_to_body_transform(Pose(x, y, z, roll, pitch, yaw).compose(DOWN))
 

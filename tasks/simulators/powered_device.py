@@ -5,7 +5,7 @@ from runtime import Task, consume, param
 
 
 class PoweredDeviceTask(Task):
-    """Has no power while the battery's voltage is 0; a silent battery supplies it."""
+    """Loses power while the battery's voltage is 0; a silent battery supplies it."""
 
     batteries: str = param(
         "Batteries", "", "Entity of the battery that supplies it.", name="Entity Label - Batteries", editable=False

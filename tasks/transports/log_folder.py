@@ -18,7 +18,7 @@ TEXT = "Output.txt"
 
 
 class LogRemovedError(FileNotFoundError):
-    """Somebody removed the folder of a log that is being written."""
+    """Raised when the folder of a log that is being written was removed."""
 
 
 class LogFolder:

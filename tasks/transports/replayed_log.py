@@ -94,7 +94,7 @@ class LogTime(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> "LogTime":
-        """From "90", "1h30min" or "2026-01-01T00:05:00" (UTC). Raises ValueError."""
+        """Parse "90", "1h30min" or "2026-01-01T00:05:00" (UTC). Raises ValueError."""
         try:
             return cls(parse_duration(text))
         except ValueError:

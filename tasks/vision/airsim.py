@@ -255,7 +255,7 @@ class AirSim(ImageSaverTask):
         self.set_entity_state(State.ERROR, f"{named} ({self.failed} failed)")
 
     def _simulated(self, motion: Kinematics) -> imc.SimulatedState:
-        """From where the vehicle began; AirSim's air does not move."""
+        """State relative to the start of the vehicle; AirSim's air does not move."""
         home, body = self._client.home, Pose.from_transform(pose_transform(motion.position, motion.orientation))
         speed, rates = motion.linear_velocity, motion.angular_velocity
         u, v, w = to_body(body.rotation, (speed.x_val, speed.y_val, speed.z_val))

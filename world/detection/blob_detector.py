@@ -145,7 +145,7 @@ class _Background(NamedTuple):
 
     @classmethod
     def of(cls, colors: Floats, seen: NDArray[np.bool_], wanted: tuple[float, float, float]) -> "_Background":
-        """From samples (rows, columns, n, 3) of tiles, of which some are seen."""
+        """Estimate from samples (rows, columns, n, 3) of tiles, some of which are visible."""
         known = np.where(seen[..., None], colors, np.nan)
         known[~seen.any(axis=-1)] = np.median(colors[seen], axis=0)
         middle_color = _medians(known, 2)

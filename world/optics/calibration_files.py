@@ -306,7 +306,7 @@ def _distorted(values: Values, model: str, size: tuple[int, int], plane: Plane, 
 
 
 def _half_on(plane: Sequence[float]) -> Plane:
-    """From the convention in which the first pixel has its center at 0, 0."""
+    """Convert from the convention in which the first pixel has its center at 0, 0."""
     fx, fy, cx, cy = plane
     return fx, fy, cx + 0.5, cy + 0.5
 

@@ -65,7 +65,7 @@ class DoubleSphereModel(CameraModel):
         return self.kalibr_entry("ds", [self.xi, self.alpha], "none", [])
 
     def _distances(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """From the centers of both spheres, and what x and y are divided by."""
+        """Distances from the centers of both spheres, and the divisor of x and y."""
         x, y, z = np.moveaxis(points, -1, 0)
         d1 = np.sqrt(x * x + y * y + z * z)
         high = z + self.xi * d1

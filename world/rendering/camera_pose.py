@@ -148,5 +148,5 @@ def number_gliders(gliders: Sequence[Glider]) -> tuple[Glider, ...]:
 
 
 def _turned(vector: Floats, turn: Floats) -> Floats:
-    """From NED to the optical frame."""
+    """Rotation from NED to the optical frame."""
     return (vector[:, np.newaxis] * turn).sum(axis=0)

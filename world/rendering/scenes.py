@@ -55,7 +55,7 @@ class ScenePose:
 
     @property
     def pose(self) -> Pose:
-        """In north, east and down of the world."""
+        """Pose in north, east and down of the world."""
         return Pose(self.north, self.east, self.depth, self.roll, self.pitch, self.yaw)
 
     def at_mount(self, mount: Pose) -> "ScenePose":

@@ -30,7 +30,7 @@ class TriadGrade:
     def from_gyroscope_datasheet(
         cls, density: NoiseDensity, limit: float, resolution: float, scale: float, misalignment: float, offset: float
     ) -> "TriadGrade":
-        """From °/s, °/s, %, ° and °/s."""
+        """Grade with limits and errors in °/s, °/s, %, ° and °/s."""
         rate, angle = math.radians(1.0), math.radians(misalignment)
         return cls(density, limit * rate, resolution * rate, scale / 100.0, angle, offset * rate)
 
@@ -38,7 +38,7 @@ class TriadGrade:
     def from_accelerometer_datasheet(
         cls, density: NoiseDensity, limit: float, resolution: float, scale: float, misalignment: float, offset: float
     ) -> "TriadGrade":
-        """From g, mg, %, ° and mg."""
+        """Grade with limits and errors in g, mg, %, ° and mg."""
         milli, angle = 1e-3 * STANDARD_GRAVITY, math.radians(misalignment)
         return cls(density, limit * STANDARD_GRAVITY, resolution * milli, scale / 100.0, angle, offset * milli)
 
@@ -112,12 +112,12 @@ class ImuPart:
 
 
 def _gyroscope(random_walk: float, stability: float) -> NoiseDensity:
-    """From °/√h and °/h."""
+    """Noise density from °/√h and °/h."""
     return NoiseDensity.from_bias_stability(math.radians(random_walk) / 60.0, math.radians(stability) / 3600.0)
 
 
 def _accelerometer(density: float, stability: float) -> NoiseDensity:
-    """From mg/√Hz and µg."""
+    """Noise density from mg/√Hz and µg."""
     milli = 1e-3 * STANDARD_GRAVITY
     return NoiseDensity.from_bias_stability(density * milli, stability * 1e-3 * milli)
 

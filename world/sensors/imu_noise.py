@@ -38,7 +38,7 @@ class NoiseDensity:
 
     @classmethod
     def from_bias_stability(cls, white: float, stability: float) -> "NoiseDensity":
-        """From white noise per √Hz and the in-run bias stability of a data sheet, both in SI units.
+        """Noise with white noise per √Hz and the in-run bias stability of a data sheet, both in SI units.
 
         That stability B is the minimum of the Allan deviation, here at τ = T/3. Up to 5 τ the deviation stays within
         15 %, like the flicker noise of a real device, and the bias stays within a standard deviation of 1.8 B.
@@ -77,12 +77,12 @@ class NoiseDensity:
 
     @classmethod
     def from_gyroscope_datasheet(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
-        """From degrees per √h, degrees per h, and s, as AirSim does: its walk is bias stability per √tau."""
+        """Noise from degrees per √h, degrees per h, and s, as in AirSim: its walk is bias stability per √tau."""
         return cls(math.radians(random_walk) / 60.0, math.radians(bias_stability) / 3600.0 / math.sqrt(tau))
 
     @classmethod
     def from_accelerometer_datasheet(cls, random_walk: float, bias_stability: float, tau: float) -> "NoiseDensity":
-        """From mg/√Hz, µg, and s, as AirSim does: its walk is bias stability per √tau."""
+        """Noise from mg/√Hz, µg, and s, as in AirSim: its walk is bias stability per √tau."""
         milli = 1e-3 * STANDARD_GRAVITY
         return cls(random_walk * milli, bias_stability * 1e-3 * milli / math.sqrt(tau))
 

@@ -15,7 +15,7 @@ JPEG = 1  # MAVLINK_DATA_STREAM_IMG_JPEG
 
 
 class ImageTransmission:
-    """Has thumbnails made, one at a time, and sends them to who has asked."""
+    """Makes thumbnails, one at a time, and sends them to the stations that requested them."""
 
     def __init__(self, cameras: Sequence[CameraComponent]):
         self._cameras: Mapping[int, CameraComponent] = {camera.component: camera for camera in cameras}

@@ -171,7 +171,7 @@ def _reposition(targets: CommandTargets, session: Session, order: CommandRequest
 
 
 def _take_off(targets: CommandTargets, session: Session, order: CommandRequest, now: float) -> CommandResult | None:
-    """In COMMAND_LONG the altitude is above home for ArduPilot, and above the sea for PX4."""
+    """Take off; in COMMAND_LONG the altitude is above home for ArduPilot, and above the sea for PX4."""
     plain = GLOBAL if session.flavor.name == "px4" else None
     frame = plain if order.frame is None else order.frame
     return take_off(targets.control, frame, order.params[6], order.finish, now)

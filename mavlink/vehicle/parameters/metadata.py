@@ -123,7 +123,7 @@ def _offered(parameter: ParameterDeclaration) -> dict[int | float, str]:
 
 
 def _decimals(value: float) -> int:
-    """As many digits after the point as show a value such as this; stations show few if none are given."""
+    """Number of decimals that show a value such as this; stations show few if none are given."""
     return max(FEWEST_DECIMALS, DIGITS - 1 - math.floor(math.log10(abs(value)))) if value else FEWEST_DECIMALS
 
 

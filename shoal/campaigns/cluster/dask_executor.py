@@ -54,7 +54,7 @@ class _DaskWorker:
 
 
 class DaskExecutor:
-    """Does jobs of a study on all workers of a Dask cluster, as many at a time as they have threads.
+    """Runs jobs of a study on all workers of a Dask cluster, as many at a time as they have threads.
 
     Each worker gets the files of the study, once. One that has another Shoal, Python or NumPy, or computes otherwise,
     is rejected: `on_notice` receives name and reason. Workers may join, leave and crash; their jobs are done elsewhere.

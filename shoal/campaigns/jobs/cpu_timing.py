@@ -1,4 +1,4 @@
-"""Does jobs and takes the time that each of them needs."""
+"""Runs jobs and measures the time of each."""
 
 import time
 from collections.abc import Callable
@@ -17,7 +17,7 @@ class TimedResult(ScenarioResult):
 
 @dataclass
 class TimedRunner:
-    """Does what `run_job` does, and takes the time. With `only_failed` a run that passes keeps no log: it is run
+    """Calls `run_job` and measures the time. With `only_failed` a run that passes keeps no log: it is run
     without one first, which is faster, and once more if it fails."""
 
     run_job: RunJob

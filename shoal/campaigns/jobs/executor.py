@@ -8,7 +8,7 @@ from shoal.scenarios import ScenarioResult
 
 
 class JobExecutor(Protocol):
-    """Does jobs somewhere; one caller at a time."""
+    """Runs jobs, here or on other computers; one caller at a time."""
 
     def run(self, jobs: Iterable[Job]) -> Generator[tuple[Job, ScenarioResult]]:
         """Each job with its result, once, in the order of completion.

@@ -52,4 +52,4 @@ class UnfinishedResult(ScenarioResult):
 
 
 RunJob = Callable[[Job], ScenarioResult]
-"""Does a job in the process that calls it. It may keep things from one job to the next."""
+"""Runs a job in the calling process. It may cache objects from one job to the next."""

@@ -1,4 +1,4 @@
-"""Does jobs in processes of this computer; one that dies or hangs loses nothing."""
+"""Runs jobs in processes of this computer; one that dies or hangs loses nothing."""
 
 import os
 import tempfile
@@ -118,7 +118,7 @@ class ProcessPool:
                 yield job, job.failed_result(f"{words}: in {place}" if place else words, UnfinishedResult)
 
     def _on_death(self, worker: WorkerProcess) -> ScenarioResult | None:
-        """Bury a worker; another one takes its job, unless too many have died of it."""
+        """Remove a dead worker; another one takes its job, unless too many workers have died in it."""
         job, deaths, how = worker.job, worker.deaths, self._end(worker)
         if not worker.is_ready:
             self._failed_starts += 1

@@ -1,4 +1,4 @@
-"""Does jobs in the process that calls it."""
+"""Runs jobs in the calling process."""
 
 import contextlib
 from pathlib import Path

@@ -63,7 +63,7 @@ def _approach(axis: SearchAxis, values: ValueChanges) -> FailureQueries:
 
 
 def _between(axis: SearchAxis, good: float, bad: float) -> list[float | int]:
-    """Up to `PARTS` - 1 values between two, from the first to the second, with few digits."""
+    """Values between two, at most `PARTS` - 1, from the first to the second, with few digits."""
     low, high = min(good, bad), max(good, bad)
     if axis.is_continuous:
         step = (bad - good) / PARTS

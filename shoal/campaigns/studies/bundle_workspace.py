@@ -65,7 +65,7 @@ class Workspace:
 
 @dataclass(frozen=True)
 class WorkspaceRunner:
-    """Does jobs with the files of a workspace, in a process that has entered it."""
+    """Runs jobs with the files of a workspace, in a process that has entered it."""
 
     workspace: Workspace
     run_job: RunJob

@@ -55,7 +55,7 @@ class RosType:
 
     @cached_property
     def full_name(self) -> str:
-        """As MCAP and ROS 2 write it: "package/msg/Name"."""
+        """Name as in MCAP and ROS 2: "package/msg/Name"."""
         return self.name.replace("/", "/msg/")
 
     @cached_property

@@ -96,7 +96,7 @@ def _near(name: str, known: Iterable[str]) -> str:
 
 
 def _digits(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> int:
-    """As many decimals as resolve about a thousandth of the range."""
+    """Number of decimals that resolve about a thousandth of the range."""
     known = values[np.isfinite(values)]
     span = float(np.ptp(known)) if len(known) else 0.0
     return min(max(3 - math.floor(math.log10(span)) - 1, 0), 7) if span > 0.0 else 1

@@ -110,6 +110,6 @@ class Allocator(Task):
 
 
 def _moved(old: float, new: float, step: float) -> float:
-    """From `old` to `new`, but no farther than a step."""
+    """Value from `old` toward `new`, at most one step away."""
     low, high = old - step, old + step
     return low if new < low else high if new > high else new

@@ -212,7 +212,7 @@ class PathFollowerTask(Task):
         self.set_entity_state(State.NORMAL, "active")
 
     def _start_of(self, path: imc.DesiredPath, state: imc.EstimatedState) -> Point:
-        """As DUNE: the end of the path before, also of a circle, if the vehicle got there and was on it until now."""
+        """Start of the path, as in DUNE: the end of the previous one, also of a circle, if the vehicle is there."""
         if path.flags & Flags.START:
             return path.start_lat, path.start_lon
         if self._path is not None:

@@ -16,7 +16,7 @@ from tasks.transports.imc_links.vehicle_peers import VehiclePeers
 
 
 class DatagramLinkTask(ImcLinkTask):
-    """Has the options of a link by datagrams; a subclass sends and receives.
+    """Options of a link by datagrams; a subclass sends and receives.
 
     They make `peers` and their `gate`, `vehicles` that get nothing, `routes` to those that get something, and `reach`,
     the range of a simulated radio or None.

@@ -218,7 +218,7 @@ class LoggedVehicle(VehicleModel):
             self._lasting[type(message)] = message, label
 
     def age(self, received: float) -> float:
-        """In the log's time."""
+        """Seconds since `received` in the time of the log."""
         return self._elapsed() - received
 
     def forget_old(self) -> None:

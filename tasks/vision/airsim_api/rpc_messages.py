@@ -74,7 +74,7 @@ class Kinematics(Struct):
 
 
 class GeoPoint(Struct):
-    """In degrees, and m above the ellipsoid."""
+    """Position in degrees, and m above the ellipsoid."""
 
     latitude: float
     longitude: float
@@ -202,7 +202,7 @@ def image_request(camera: str, *, compress: bool, cosys: bool) -> dict[str, Any]
 
 
 def airsim_pose(place: tuple[float, float, float], angles: tuple[float, float, float]) -> AirSimPose:
-    """From north, east and down (m), and roll, pitch and yaw (rad)."""
+    """Pose from north, east and down (m), and roll, pitch and yaw (rad)."""
     return AirSimPose(AirSimVector(*place), AirSimQuaternion(*quaternion_from_matrix(rotation(*angles))))
 
 

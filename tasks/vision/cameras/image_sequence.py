@@ -260,7 +260,7 @@ def open_video(address: str | int, timeout: float = 0.0) -> Any:
 
 
 def bgr_to_rgba(picture: Any) -> Image:
-    """From OpenCV's blue, green, red, or from gray."""
+    """Convert from OpenCV's blue, green, red, or from gray."""
     if picture.ndim == 2:
         picture = np.repeat(picture[..., np.newaxis], 3, axis=-1)
     image = np.full((*picture.shape[:2], 4), 255, np.uint8)

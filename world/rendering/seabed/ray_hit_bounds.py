@@ -31,13 +31,13 @@ class HorizonSectors:
 
 
 def sector_of_rays(north: Floats, east: Floats) -> Places:
-    """In which sector each ray (n,) goes."""
+    """Sector of each ray (n,)."""
     found = np.arctan2(east, north) * (SECTORS / math.tau)
     return np.floor(found, out=found).astype(np.intp) % SECTORS
 
 
 class GridHorizon(NamedTuple):
-    """From which to which ring of a grid a ray may touch it.
+    """Range of rings of a grid in which a ray may touch it.
 
     `first` and `last` are profiles (SECTORS * rings): the least slope, down per m, at which a ray touches what is as
     near, or as far, as a ring; as numbers that grow.

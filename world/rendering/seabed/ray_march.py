@@ -66,7 +66,7 @@ class GroundRays(NamedTuple):
 
 
 class MarchSpans(NamedTuple):
-    """From which to which way (n,) each ray may cross a grid, and which ones do so `once` at most.
+    """Range of the way (n,) in which each ray may cross a grid, and which rays do so `once` at most.
 
     They go `horizontal` (n,) across the ground per unit of way.
     """
