@@ -182,6 +182,23 @@ def test_each_of_several_endpoints_is_joined_and_one_that_does_not_answer_is_nam
         asyncio.run(look(first, missing, second))
 
 
+def test_all_messages_end_with_their_last_reader_and_those_of_others_continue() -> None:
+    async def look(endpoint: str) -> None:
+        link = ZenohLink([endpoint])
+        async with Network([link]) as network:
+            everything = network.listen()
+            await everything.next(PATIENCE)
+            heartbeats = network.listen(None, (imc.Heartbeat,))  # which are among them
+            network.close_listener(everything)
+            heartbeats.take_all()
+            for _ in range(2):
+                assert isinstance((await heartbeats.next(PATIENCE))[1], imc.Heartbeat)
+            assert not [expression for expression in link._wanted if expression.startswith("imc/*/**")]
+
+    with speaking("somebody", 0x0A11) as endpoint:
+        asyncio.run(look(endpoint))
+
+
 def test_a_configuration_file_says_where_to_connect(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SHOAL_CONNECT", raising=False)
     path = tmp_path / "ground.json5"
