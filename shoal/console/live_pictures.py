@@ -143,18 +143,15 @@ class LivePictures:
 
     def _view(self, system: NetworkSystem, vehicle: _Vehicle, entity: int) -> CameraView:
         camera = vehicle.cameras[entity]
-        label = printable(
-            system.labels.get(entity, "") or (camera.picture.label if camera.picture else "") or f"{entity}"
-        )
-        view: CameraView = {"camera": str(entity), "label": label, "number": None, "trouble": camera.trouble}
-        if camera.picture is None:
-            return {**view, "age": None, "marks": []}
-        marks = self.marks(system, vehicle.detections, camera.picture)
-        return {
-            **view,
-            "number": camera.number,
-            **picture_view(camera.picture, self.age(system, camera.picture), marks),
-        }
+        picture, label = camera.picture, system.label(entity)
+        if picture is not None and picture.label:
+            is_same = system.matches_label(entity, picture.label)  # keys of zenoh have _ for blanks
+            label = picture.label if is_same or entity not in system.labels else label
+        view: CameraView = {"camera": str(entity), "label": printable(label), "trouble": camera.trouble}
+        if picture is None:
+            return {**view, "number": None, "age": None, "marks": []}
+        marks = self.marks(system, vehicle.detections, picture)
+        return {**view, "number": camera.number, **picture_view(picture, self.age(system, picture), marks)}
 
 
 def picture_view(picture: CameraPicture, age: float, marks: list[Mark]) -> Mapping[str, Any]:

@@ -14,18 +14,16 @@ export function makeCameras(store) {
   const isSeen = () => !element("cameras-view").hidden && !document.hidden;
 
   const addFigure = (camera) => {
-    const image = make("img", "", { alt: `picture of ${camera.label}` });
+    const image = make("img");
     const marks = document.createElementNS(SVG, "svg");
-    const told = make("output"), watch = make("button", "Live"), save = make("button", "Save");
+    const name = make("strong"), told = make("output"), watch = make("button", "Live"), save = make("button", "Save");
     const frame = make("div", "", { className: "picture" }), figure = make("figure");
     const caption = make("figcaption", "", { className: "form" });
-    watch.setAttribute("aria-label", `Live pictures of ${camera.label}`);
-    save.setAttribute("aria-label", `Save the picture of ${camera.label}`);
     frame.append(image, marks);
-    caption.append(make("strong", camera.label), told, watch, save);
+    caption.append(name, told, watch, save);
     figure.append(caption, frame);
     place.append(figure);
-    const made = { camera, figure, image, marks, told, watch, url: "", number: null };
+    const made = { figure, name, image, marks, told, watch, save, url: "", number: null };
     watch.onclick = () => { live = live === camera.camera ? "" : camera.camera; mark(); look(); };
     save.onclick = () => savePicture(made);
     shown.set(camera.camera, made);
@@ -96,6 +94,12 @@ export function makeCameras(store) {
   };
 
   const tell = (each, camera) => {
+    if (each.name.textContent !== camera.label) { // which may come after the first picture
+      each.name.textContent = camera.label;
+      each.image.alt = `picture of ${camera.label}`;
+      each.watch.setAttribute("aria-label", `Live pictures of ${camera.label}`);
+      each.save.setAttribute("aria-label", `Save the picture of ${camera.label}`);
+    }
     const { age, trouble } = camera, { picture } = each;
     const isOld = age === null || age > OLD || age < -OLD;
     const words = [picture ? `${picture.width} × ${picture.height}` : "no picture yet"];
