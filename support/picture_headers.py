@@ -1,4 +1,4 @@
-"""What the head of a JPEG or PNG says, without decoding it: size and comment."""
+"""Size and comment of a JPEG or PNG, without decoding it."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Where the detections of a vehicle are in a picture of it."""
+"""Positions of the detections of a vehicle in its pictures."""
 
 import math
 from collections import deque

@@ -2,7 +2,8 @@
 
 import asyncio
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import count
 from typing import Any
 
 import imc
@@ -40,7 +41,7 @@ class PictureSubscription:
 
 
 class _Camera:
-    """The newest picture of a camera, and what is wrong with those that cannot be shown."""
+    """The newest picture of a camera, and the trouble with those that cannot be shown."""
 
     def __init__(self) -> None:
         self.message: imc.CompressedImage | None = None
@@ -48,20 +49,21 @@ class _Camera:
         self.number = self.damaged = 0
         self.trouble = ""
 
-    def take(self, message: imc.CompressedImage) -> None:
+    def take(self, message: imc.CompressedImage, numbers: Iterator[int]) -> None:
+        """Take a message; a picture gets the next number, which no other one of this program has."""
         if message is self.message:
             return
         self.message = message
         try:
             self.picture, self.trouble = parse_picture(message), ""
-            self.number += 1
+            self.number = next(numbers)
         except ValueError as error:
             self.damaged += 1
             self.trouble = f"damaged: {error} ({self.damaged})"
 
 
 class _Vehicle:
-    """What is followed of a vehicle while somebody looks."""
+    """The cameras and detections of a vehicle that somebody looks at."""
 
     def __init__(self, listener: MessageListener) -> None:
         self.listener = listener
@@ -78,6 +80,7 @@ class LivePictures:
         self._network = network
         self._requests = PictureSubscription(network)
         self._vehicles: dict[str, _Vehicle] = {}
+        self._numbers = count(1)
 
     async def describe(self, system: NetworkSystem, live: str = "") -> dict[str, Any]:
         """The page's data of the cameras of a vehicle; the camera `live` is asked for more pictures than the others.
@@ -123,6 +126,11 @@ class LivePictures:
         vehicle.ending = asyncio.get_running_loop().call_later(UNSEEN, self._forget, system.name)
         return vehicle
 
+    def forget_pictures(self) -> None:
+        """Forget what was received up to now."""
+        for vehicle in self._vehicles.values():
+            vehicle.cameras.clear()
+
     def _forget(self, name: str) -> None:
         self._network.close_listener(self._vehicles.pop(name).listener)
 
@@ -139,7 +147,7 @@ class LivePictures:
             ):
                 camera = vehicle.cameras.setdefault(message.src_ent, _Camera())
                 if isinstance(message, imc.CompressedImage):
-                    camera.take(message)
+                    camera.take(message, self._numbers)
 
     def _view(self, system: NetworkSystem, vehicle: _Vehicle, entity: int) -> CameraView:
         camera = vehicle.cameras[entity]

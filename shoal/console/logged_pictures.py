@@ -32,6 +32,7 @@ LARGEST = 64 << 20  # bytes of a file that is read at all
 LARGEST_AS_IT_IS = 4 << 20  # bytes of a picture that goes to the page unchanged
 LONGEST_SIDE, QUALITY = 1600, 90  # px and % of a JPEG that stands for a larger picture
 NAMED = "photos:"
+MOST_KEPT = 16  # pictures that were read
 
 
 class _PhotoSeries:
@@ -49,10 +50,11 @@ class LoggedPictures(LivePictures):
     def __init__(self, network: Network, player: LogLink) -> None:
         super().__init__(network)
         self._player = player
+        player.on_jump(self.forget_pictures)
         self._reading = asyncio.Lock()
         self._series: Mapping[str, _PhotoSeries] | None = None
         self._detections: dict[int, SystemDetections | None] = {}
-        self._shown: dict[Path, CameraPicture] = {}
+        self._shown: dict[Path, CameraPicture | str] = {}  # with the reason why one cannot be shown
 
     async def describe(self, system: NetworkSystem, live: str = "") -> dict[str, Any]:
         found = await super().describe(system, live)
@@ -104,14 +106,20 @@ class LoggedPictures(LivePictures):
             return self._series
 
     async def _read(self, photo: Photo, lens: PictureLens | None) -> CameraPicture:
-        """A picture as it goes to the page; the last one is kept. Raises ValueError with the reason."""
+        """A picture as it goes to the page; the last ones are kept. Raises ValueError with the reason."""
         async with self._reading:
-            if photo.path not in self._shown:
-                found = await asyncio.to_thread(_read_photo, photo, lens)
-                if len(self._shown) >= 4:
+            found = self._shown.get(photo.path)
+            if found is None:
+                try:
+                    found = await asyncio.to_thread(_read_photo, photo, lens)
+                except ValueError as error:
+                    found = str(error)
+                if len(self._shown) >= MOST_KEPT:
                     self._shown.clear()
                 self._shown[photo.path] = found
-            return self._shown[photo.path]
+        if isinstance(found, str):
+            raise ValueError(found)
+        return found
 
     async def _read_detections(self, system: NetworkSystem) -> None:
         number = system.id or 0
@@ -128,7 +136,8 @@ def _find_series(folders: list[Path], start: float) -> Mapping[str, _PhotoSeries
         models = load_camera_models(folder, cameras)
         lenses |= {name: PictureLens(cameras[name], model) for name, model in models.items()}
         for photo in find_photos(folder, start):
-            photos.setdefault(photo.camera, []).append(photo)
+            if not photo.path.is_symlink():  # which may lead out of a log of others
+                photos.setdefault(photo.camera, []).append(photo)
     return {name: _PhotoSeries(found, lenses.get(name)) for name, found in sorted(photos.items())}
 
 

@@ -31,7 +31,7 @@ class Playback(Protocol):
 
 
 class PlaybackState(NamedTuple):
-    """What viewers are shown of a playback; `jumps` counts how often its time was changed."""
+    """The state of a playback for viewers; `jumps` counts how often its time was changed."""
 
     status: PlaybackStatus
     speed: float

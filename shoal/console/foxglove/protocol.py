@@ -39,7 +39,7 @@ class StatusLevel(IntEnum):
 
 
 class PlaybackStatus(IntEnum):
-    """What a playback does."""
+    """The activity of a playback."""
 
     PLAYING = 0
     PAUSED = 1
