@@ -46,8 +46,9 @@ class _Camera:
     def __init__(self) -> None:
         self.message: imc.CompressedImage | None = None
         self.picture: CameraPicture | None = None
-        self.number = self.damaged = 0
-        self.trouble = ""
+        self.number: int = 0
+        self.damaged: int = 0
+        self.trouble: str = ""
 
     def take(self, message: imc.CompressedImage, numbers: Iterator[int]) -> None:
         """Take a message; a picture gets the next number, which no other one of this program has."""
@@ -66,10 +67,10 @@ class _Vehicle:
     """The cameras and detections of a vehicle that somebody looks at."""
 
     def __init__(self, listener: MessageListener) -> None:
-        self.listener = listener
+        self.listener: MessageListener = listener
         self.cameras: dict[int, _Camera] = {}
-        self.detections = RecentDetections()
-        self.refusal = ""
+        self.detections: RecentDetections = RecentDetections()
+        self.refusal: str = ""
         self.ending: asyncio.TimerHandle | None = None
 
 

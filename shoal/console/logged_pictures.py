@@ -39,9 +39,9 @@ class _PhotoSeries:
     """The pictures of one camera in the order of time."""
 
     def __init__(self, photos: list[Photo], lens: PictureLens | None) -> None:
-        self.photos = sorted(photos, key=lambda photo: photo.time)
-        self.times = [photo.time for photo in self.photos]
-        self.lens = lens
+        self.photos: list[Photo] = sorted(photos, key=lambda photo: photo.time)
+        self.times: list[float] = [photo.time for photo in self.photos]
+        self.lens: PictureLens | None = lens
 
 
 class LoggedPictures(LivePictures):
@@ -59,9 +59,9 @@ class LoggedPictures(LivePictures):
     async def describe(self, system: NetworkSystem, live: str = "") -> dict[str, Any]:
         found = await super().describe(system, live)
         is_owner = system.name == self._player.system_name(self._player.states.owner)
-        series = await self._photos() if is_owner else {}
+        series: Mapping[str, _PhotoSeries] = await self._photos() if is_owner else {}
         await self._read_detections(system)
-        cameras = [await self._photo_view(system, name, each) for name, each in series.items()]
+        cameras: list[CameraView] = [await self._photo_view(system, name, each) for name, each in series.items()]
         cameras += [camera for camera in found["cameras"] if camera["number"] is not None]
         return {"note": "" if cameras else self.no_camera_text(system), "cameras": cameras}
 
@@ -88,7 +88,7 @@ class LoggedPictures(LivePictures):
         label = series.lens.camera.label if series.lens is not None else name
         view: CameraView = {"camera": NAMED + name, "label": printable(label), "trouble": ""}
         number = bisect_right(series.times, self._player.now) - 1
-        nothing = {**view, "number": None, "age": None, "marks": []}
+        nothing: CameraView = {**view, "number": None, "age": None, "marks": []}
         if number < 0:
             return nothing
         try:
