@@ -1,6 +1,6 @@
 """Counts the messages on the bus of the vehicle in this process."""
 
-from shoal.console.message_rates import Counts, MessageCount
+from shoal.console.message_rates import Counts, KindCount
 from tasks.transports.console import Console
 
 
@@ -18,7 +18,7 @@ class BusCounter:
 
     def counts(self) -> Counts:
         name = self._task.system_name
-        return {(name, *place): MessageCount(*found) for place, found in self._task.message_counts().items()}
+        return {(name, *place): KindCount(*found) for place, found in self._task.message_counts().items()}
 
     def now(self) -> float:
         return self._task.now

@@ -1,4 +1,4 @@
-"""What a crew checks before a dive or a flight, from the vehicle's own messages. What is unknown is not in order."""
+"""Checks of a crew before a dive or a flight, from the vehicle's own messages. What is unknown is not in order."""
 
 import math
 from collections.abc import Callable, Sequence

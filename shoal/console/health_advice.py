@@ -1,4 +1,4 @@
-"""What an operator can do about an entity that is not in order, by its own description."""
+"""Advice to an operator about an entity that is not in order, by its own description."""
 
 import re
 

@@ -26,7 +26,7 @@ class LogLibraryError(Exception):
     """A log or a file that cannot be given; the text is for the user."""
 
 
-class OpenFile(NamedTuple):
+class LogDownload(NamedTuple):
     """A file of a log that is open, its size in bytes when it was opened, and a name for a copy of it."""
 
     file: BinaryIO
@@ -85,7 +85,7 @@ class LogLibrary:
         """The name of a log for people. Raises LogLibraryError if it is not listed."""
         return self._name(self.path(key))
 
-    def open(self, key: str, name: str) -> OpenFile:
+    def open(self, key: str, name: str) -> LogDownload:
         """A file of a log. Raises LogLibraryError."""
         path = self.path(key)
         if name not in self._logs[key].files:
@@ -98,7 +98,7 @@ class LogLibrary:
         if not stat.S_ISREG(state.st_mode):
             os.close(place)
             raise LogLibraryError(f"{printable(name)} is not a file")
-        return OpenFile(os.fdopen(place, "rb"), state.st_size, file_name_of(f"{self._name(path)}_{name}"))
+        return LogDownload(os.fdopen(place, "rb"), state.st_size, file_name_of(f"{self._name(path)}_{name}"))
 
     def _find(self) -> list[Path]:
         """The files of the logs, the newest first, by their names, which are dates and times."""

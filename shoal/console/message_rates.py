@@ -23,14 +23,14 @@ MOST_KINDS = 4096  # of messages and entities, of all vehicles
 MOST_ROWS = 1000
 
 
-class MessageCount(NamedTuple):
-    """How many messages of a kind were counted, and when the last one came (s since 1970 UTC)."""
+class KindCount(NamedTuple):
+    """Number of messages of a kind that were counted, and when the last one came (s since 1970 UTC)."""
 
     number: int
     last: float
 
 
-Counts = Mapping[tuple[str, str, int], MessageCount]
+Counts = Mapping[tuple[str, str, int], KindCount]
 """By vehicle, message, and id of the entity."""
 
 
@@ -48,7 +48,7 @@ class NetworkCounter:
 
     def __init__(self, network: Network) -> None:
         self._network = network
-        self._counts: dict[tuple[str, str, int], MessageCount] = {}
+        self._counts: dict[tuple[str, str, int], KindCount] = {}
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -75,12 +75,12 @@ class NetworkCounter:
                 place = system.name, type(message).__name__, message.src_ent
                 known = self._counts.get(place)
                 if known is not None or len(self._counts) < MOST_KINDS:
-                    self._counts[place] = MessageCount(1 if known is None else known.number + 1, time.time())
+                    self._counts[place] = KindCount(1 if known is None else known.number + 1, time.time())
         finally:
             self._network.close_listener(listener)
 
 
-class MessageRates:
+class RateRoutes:
     """Answers about the rates of a vehicle's messages, now or in the whole log that `player` plays.
 
     questions: those to GET, by path.

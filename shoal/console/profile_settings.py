@@ -55,7 +55,7 @@ class ProfileSettings:
         return self._sections.get(label, "")
 
     def saved(self, label: str) -> Mapping[str, str]:
-        """What is saved for the next start, by name; empty if the file cannot be read."""
+        """Texts that are saved for the next start, by name; empty if the file cannot be read."""
         section = self._sections.get(label)
         if section is None:
             return {}

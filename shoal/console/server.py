@@ -29,7 +29,7 @@ from shoal.console.log_resume import CONFIGURATION
 from shoal.console.log_routes import LogRoutes
 from shoal.console.logged_pictures import LoggedPictures
 from shoal.console.map_routes import MapRoutes
-from shoal.console.message_rates import MessageCounter, MessageRates
+from shoal.console.message_rates import MessageCounter, RateRoutes
 from shoal.console.page_feed import PageFeed
 from shoal.console.page_listener import PageListener
 from shoal.console.page_protocol import PageHTTPServer
@@ -98,7 +98,7 @@ class ConsoleServer:
         self._flights = PlanFlights(network)
         self._settings, self._panels = settings, panels
         self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
-        self._rates = MessageRates(network, counter, player)
+        self._rates = RateRoutes(network, counter, player)
         self._plan_files = PlanFiles(network)
         self._forecasts = ForecastRoutes(network, is_allowed=allows_forecasts)
         self._map = MapRoutes(network, tiles.overlays, plays_log=player is not None)

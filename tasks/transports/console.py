@@ -217,7 +217,7 @@ class Console(Task):
         self._kernel.post(self._count, is_counting)
 
     def message_counts(self) -> dict[tuple[str, int], tuple[int, float]]:
-        """How many messages were counted, and the time of the last one (s), by message and id of the entity."""
+        """Number of messages that were counted, and the time of the last one (s), by message and id of the entity."""
         return dict(self._counts)
 
     # Called by those

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from shoal.console import LogLink
-from shoal.console.message_rates import MessageCount
+from shoal.console.message_rates import KindCount
 from shoal.logs.log_states import LogStates
 from tests.outside import until
 from tests.shoal.console.foxglove.packet_radio import Radio
@@ -30,7 +30,7 @@ class Counter:
         self.calls.append("stop")
 
     def counts(self):
-        return {(NAME, "Depth", 1): MessageCount(int(5 * self.now()), self.now())}
+        return {(NAME, "Depth", 1): KindCount(int(5 * self.now()), self.now())}
 
     def now(self):
         return 4.0 * time.monotonic()
