@@ -50,7 +50,7 @@ def test_rates_are_counted_by_the_clock_of_the_vehicle_and_only_while_somebody_a
         page.log_in()
         radio.bring(imc.Heartbeat(timestamp=time.time(), **HEAD))
         assert rates(page, "nobody") == {"ok": False, "text": "there is no such vehicle"}
-        assert counter.calls == ["start"]
+        until(lambda: counter.calls == ["start"])
         until(lambda: rates(page)["rows"])
         until(lambda: rates(page)["seconds"] > 3.0)
         ((message, _, count, rate, age),) = rates(page)["rows"]
