@@ -189,3 +189,19 @@ def test_a_page_that_does_not_read_delays_no_other(page):
     with page.frames(max_queue=1), page.frames() as frames:
         for _ in range(40):
             frames.recv(10)
+
+
+def test_checks_descriptions_and_rates_come_over_a_network(page):
+    checks = {each["name"]: each for each in page.get(f"/api/checks?vehicle={NAME}")["checks"]}
+    assert checks["Link"]["value"].startswith("zenoh")
+    assert checks["GPS fix"]["color"] == "green"
+    assert checks["Plan"]["source"] == "PlanDB"
+    assert page.order(NAME, "put", text=PLAN)["ok"]
+    plan = {each["name"]: each for each in page.get(f"/api/checks?vehicle={NAME}&plan=east")["checks"]}["Plan"]
+    assert "east would start; " in plan["value"]
+    details = page.get(f"/api/parameter-details?vehicle={NAME}&entity=Depth%20Sensor")
+    deviation = details["values"]["Standard Deviation"]
+    assert (deviation["unit"], deviation["default"], deviation["where"]) == ("m", "0.05", None)
+    rates = until(lambda: page.get(f"/api/rates?vehicle={NAME}")["rows"])
+    assert {"Depth", "EstimatedState", "Heartbeat"} <= {row[0] for row in rates}
+    assert page.order(NAME, "delete", plan="east")["ok"]

@@ -1,13 +1,16 @@
 """Parameters that users of the page change, and undo: once, and only while the change stands."""
 
 import asyncio
+import json
+import math
 
 import pytest
+from starlette.requests import Request
 
 from shoal.console.parameter_changes import MOST_CHANGES, ParameterChanges
 from shoal.console.parameter_routes import ParameterRoutes
 from shoal.console.vehicle_orders import OrderError
-from shoal.network import Refused
+from shoal.network import ParameterDescription, Refused
 
 
 class Parameters:
@@ -96,3 +99,20 @@ def test_the_log_book_gets_what_is_undone_and_not_what_the_page_claims():
     known, unknown = asyncio.run(run())
     assert (known["entity"], known["parameter"], known["value"]) == ("GPS", "Rate", "1")
     assert unknown == {"order": "undo", "change": 2, "entity": "x"}
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [("", "this vehicle gives values only"), ("Shoal", "those of Shoal's task of this name"), ("vehicle", "")],
+)
+def test_the_page_says_where_descriptions_come_from(monkeypatch, source, words):
+    async def describe(vehicle, entities):
+        return {"GPS": {"Rate": ParameterDescription("GPS", "Rate", "1", maximum=math.inf, source=source)}}
+
+    monkeypatch.setattr("shoal.console.parameter_routes.describe_parameters", describe)
+    request = Request({"type": "http", "query_string": b"vehicle=lauv&entity=GPS"})
+    answer = json.loads(asyncio.run(ParameterRoutes(lambda _: Vehicle()).details(request)).body)
+    assert words in answer["note"]
+    assert bool(words) == bool(answer["note"])
+    found = answer["values"]["Rate"]
+    assert (found["value"], found["maximum"], found["file"], found["where"]) == ("1", None, None, None)

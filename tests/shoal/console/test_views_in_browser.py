@@ -37,6 +37,7 @@ def page(tmp_path_factory):
         found.set_size(1280, 800)
         found.open(vehicle.link)
         until(lambda: "service" in found.text("#summary"), PATIENCE, told=lambda: found.text("#summary"))
+        found.folder = folder
         yield found
 
 
@@ -99,6 +100,17 @@ def test_a_parameter_shows_its_origin_and_is_set_saved_and_undone(page):
     until(lambda: "as in the file" in (row(page, "Standard Deviation") or ""), PATIENCE)
     view(page, "log")
     until(lambda: "local: undo Depth Sensor: Standard Deviation = 0.02" in page.text("#entries"), PATIENCE)
+
+
+def test_a_disk_that_takes_no_parameters_is_named(page):
+    saved = page.folder / "db" / f"{NAME}-saved.ini"
+    saved.unlink()
+    saved.mkdir()
+    view(page, "parameters")
+    page.press("#values-save")
+    result(page, "NOT OBEYED: parameters of Depth Sensor not saved: ")
+    until(lambda: "commandline" in "".join((row(page, "Standard Deviation") or "").split()), PATIENCE)
+    until(lambda: "saved for the next start" not in page.text("#values"), PATIENCE)
 
 
 def test_rates_are_counted_while_the_table_is_open(page):
