@@ -56,7 +56,7 @@ class VehiclePage(PageServer):
             settings=settings,
             counter=BusCounter(task),
             allows_forecasts=task.forecast,
-            panels=_panels(task),
+            panels=panels_of(task),
         )
         link.is_watched = lambda: self._server.is_watched
         self.is_secure: bool = security.is_open
@@ -89,7 +89,7 @@ class VehiclePage(PageServer):
             await self._server.serve(self._stopped)
 
 
-def _panels(task: Console) -> tuple[UserPanel, ...]:
+def panels_of(task: Console) -> tuple[UserPanel, ...]:
     """The panels of the user; a file that cannot be read is a warning, and the page is served without."""
     if not task.panels:
         return ()

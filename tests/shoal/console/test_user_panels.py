@@ -2,12 +2,16 @@
 
 import json
 import time
+from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
 
 import imc
+from shoal.cli.console import console
 from shoal.console import PageSecurity, Role, Users
 from shoal.console.user_panels import MOST_VALUES, PanelFileError, read_panels
+from shoal.console.vehicle_page import panels_of
 from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.page_of_nobody import served_page
 
@@ -135,3 +139,15 @@ def test_what_is_no_button_of_this_vehicle_sends_nothing(page, words):
     page.log_in(user="mia", password=PASSWORD)
     assert not press(page, **words)["ok"]
     assert page.sent() == []
+
+
+def test_a_vehicle_whose_file_of_panels_is_wrong_serves_its_page_without_and_a_console_ends(tmp_path):
+    (tmp_path / "panels.yaml").write_text("panels: 3")
+    logged = []
+    for name, words in (("panels.yaml", "panels.yaml:1: expected a list"), ("none.yaml", "No such file")):
+        task = SimpleNamespace(panels=str(tmp_path / name), log=SimpleNamespace(warning=logged.append))
+        task.vehicle = SimpleNamespace(bus=SimpleNamespace(messages=imc.builtin()))
+        assert panels_of(task) == ()
+        assert words in logged[-1]
+    result = CliRunner().invoke(console, ["--panels", str(tmp_path / "panels.yaml")])
+    assert (result.exit_code, "panels.yaml:1: expected a list" in result.output) == (1, True)
