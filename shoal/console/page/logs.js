@@ -5,6 +5,7 @@ const PATIENCE = 60000; // ms for a list of many logs
 
 export function makeLogs() {
   const note = element("logs-note"), cancel = element("report-cancel");
+  const drawn = new Set(); // keys of the logs that have a report
   let rows = [];
 
   const tell = (text, kind = "") => { note.textContent = text; note.className = kind; };
@@ -36,6 +37,7 @@ export function makeLogs() {
     }));
     report.onclick = () => makeReport(log, report);
     item.append(name, report, files);
+    if (drawn.has(log.key)) item.append(reportLink(log, "Open the report"));
     return item;
   };
 
@@ -49,9 +51,12 @@ export function makeLogs() {
     cancel.hidden = true;
     if (!answer.ok) { tell(`${log.name}: ${answer.text}`, "bad"); return; }
     tell("", "good");
-    const href = `/api/log-report?${new URLSearchParams({ log: log.key })}`;
-    note.append(make("a", `Open the report of ${log.name}`, { href, target: "_blank", rel: "noopener" }));
+    drawn.add(log.key);
+    note.append(reportLink(log, `Open the report of ${log.name}`));
   };
+
+  const reportLink = (log, text) =>
+    make("a", text, { href: `/api/log-report?${new URLSearchParams({ log: log.key })}`, target: "_blank", rel: "noopener" });
 
   element("logs-refresh").onclick = refresh;
   element("logs-filter").oninput = drawList;

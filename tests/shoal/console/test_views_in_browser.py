@@ -282,3 +282,17 @@ def test_each_view_fits_a_narrow_screen(page, name):
 
 def test_it_has_no_errors(page):
     assert page.errors == []
+
+
+def test_the_report_is_drawn_and_reaches_neither_the_page_nor_its_login(page):
+    """It leaves the page, and is the last one."""
+    view(page, "logs")
+    until(lambda: "Open the report" in page.text("#logs"), PATIENCE)  # also after the list was read anew
+    page.open(page.run("document.querySelector('#logs a[target]').href"))
+    assert page.text("h1") == NAME
+    assert page.run("document.querySelectorAll('svg').length") > 0
+    assert page.run("window.origin") == "null"
+    assert page.errors == []
+    cookies = page.run("(() => { try { return document.cookie } catch (error) { return String(error) } })()")
+    assert "SecurityError" in cookies
+    assert "Failed to fetch" in page.run("fetch('/api/me').then((answer) => answer.text()).catch(String)")
