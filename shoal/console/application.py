@@ -132,6 +132,7 @@ class ConsoleApplication:
                 self._authority.require_role(session.user, role)
             except AuthorityError as error:
                 return json_response({"ok": False, "text": printable(str(error))})
+            request.state.user = session.user
             return await answer(request)
 
         return checked

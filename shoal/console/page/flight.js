@@ -53,7 +53,10 @@ export function makeFlight(store) {
     store.showFlight(rows);
     if (rows.length) drawPlots(rows);
   };
-  cancel.onclick = () => post("/api/flight-cancel", {});
+  cancel.onclick = async () => {
+    const answer = await post("/api/flight-cancel", {});
+    if (!answer.ok) say(answer.text, "bad");
+  };
   const choose = () => {
     latest += 1;
     clear();

@@ -47,6 +47,12 @@ class ServedPage:
             max_queue=None,  # else frames that nobody reads keep it from closing
         )
 
+    def another(self, **words: object) -> "ServedPage":
+        """The page in another browser, where a user has logged in."""
+        found = ServedPage(self.server)
+        found.log_in(**words)
+        return found
+
     def log_in(self, **words: object) -> None:
         """Log in with the link, or with user and password."""
         token = self.server.login_link().partition("#")[2]

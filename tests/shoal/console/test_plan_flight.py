@@ -11,10 +11,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from shoal.console import Role, Users
 from shoal.console.depth_contours import depth_contours
 from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.page_security import PageSecurity
 from tests.outside import until
 from tests.shoal.console.operator_page import operator_page
+from tests.shoal.console.page_of_nobody import served_page
 
 NAME = "lauv-noptilus-1"
 SHORT = 'plan: "near"\nmaneuvers:\n- goto: {lat: 41.1850°, lon: -8.7059°, depth: 1.5, speed: 1.0 m/s}\n'
@@ -113,6 +116,30 @@ def test_the_page_asks_for_a_flight_and_stays_quick():
                 assert time.monotonic() - began < 1.0
                 time.sleep(0.1)
         assert json.loads(flight.result()[1])["ok"], flight.result()
+
+
+def test_another_user_is_refused_with_the_name_of_who_flies(tmp_path):
+    for name, role in (("anna", Role.OPERATE), ("ben", Role.OPERATE), ("carl", Role.MAINTAIN)):
+        Users(tmp_path).add(name, role, "correct horse")
+    job = {"text": FAR, "profile": NAME}
+    with served_page(security=PageSecurity(users=Users(tmp_path))) as page, ThreadPoolExecutor(1) as pool:
+        anna, ben, carl = (page.another(user=name, password="correct horse") for name in ("anna", "ben", "carl"))
+
+        def answer(of, path, words) -> dict:
+            return json.loads(of.request("POST", path, words)[1])
+
+        before = worker_ids()
+        flight = pool.submit(answer, anna, "/api/flight", job)
+        until(lambda: worker_ids() - before, 30.0)
+        assert answer(ben, "/api/flight", job)["text"].startswith("anna tries a plan in simulation, for ")
+        refused = {"ok": False, "text": "this is a flight of anna, who may cancel it", "rows": []}
+        assert answer(ben, "/api/flight-cancel", {}) == refused
+        assert answer(carl, "/api/flight-cancel", {})["ok"]
+        assert flight.result(20.0)["text"] == "cancelled"
+        flight = pool.submit(answer, ben, "/api/flight", job)
+        until(lambda: worker_ids() - before, 30.0)
+        assert answer(ben, "/api/flight-cancel", {})["ok"]
+        assert flight.result(20.0)["text"] == "cancelled"
 
 
 def test_contours_are_where_the_bathymetry_has_their_depth():
