@@ -8,7 +8,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import imc
-from shoal.console.log_resume import resumes
 from shoal.logs.log_states import LogStates
 from shoal.network import ConsoleIdentity, LinkListener, ReceivedPacket
 from support.terminal_text import printable
@@ -16,6 +15,8 @@ from support.terminal_text import printable
 TICK = 0.1  # s between looks at the log while it plays
 FASTEST, SLOWEST = 1000.0, 0.01
 MOST_REASONS = 3
+CONFIGURATION = "Config.ini"
+"""The profile of a run, beside its log."""
 
 
 class LogLink:
@@ -188,3 +189,8 @@ def _number(name: str, value: object) -> float:
         if math.isfinite(number := float(value)):
             return number
     raise ValueError(f"{name} is a finite number")
+
+
+def resumes(path: Path) -> bool:
+    """Whether a log may be of a run that can be resumed: it has the configuration of a vehicle."""
+    return (path.parent / CONFIGURATION).is_file()

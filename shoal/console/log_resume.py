@@ -7,17 +7,18 @@ from typing import Any
 import imc
 from runtime.profile import load_profile
 from runtime.snapshot import SnapshotError
+from shoal.console.log_link import CONFIGURATION
 from shoal.console.page_job import answer_job
 from shoal.rerun import RewoundRun
 from support.diagnostics import ProfileError
-
-CONFIGURATION = "Config.ini"
+from tasks.transports.logging import Logging
 
 
 def resume_log(path: Path, time: float, seconds: float, changes: list[str], log_root: Path) -> dict[str, Any]:
     """Run on from a time (s since 1970 UTC) of a virtual run for some seconds, with changed options.
 
-    The answer has `ok`, `text`, and `log`, the folder of the new log. Raises SnapshotError, ProfileError, OSError.
+    The answer has `ok`: whether all of it was logged, `text`, and `log`, the folder of the new log. Raises
+    SnapshotError, ProfileError, OSError.
     """
     log = imc.Log(path)
     rewound = RewoundRun(log)
@@ -29,12 +30,10 @@ def resume_log(path: Path, time: float, seconds: float, changes: list[str], log_
     finally:
         vehicle.close()
     text = f"resumed at {at:.1f} s of the run for {seconds:g} s; show it: shoal console {folder}"
-    return {"ok": True, "text": text, "log": str(folder)}
-
-
-def resumes(path: Path) -> bool:
-    """Whether a log may be of a run that can be resumed: it has the configuration of a vehicle."""
-    return (path.parent / CONFIGURATION).is_file()
+    lost = [task.lost for task in vehicle.tasks if isinstance(task, Logging) and task.lost]
+    if lost:
+        text = f"the new log is not complete: {', '.join(lost)}; {text}"
+    return {"ok": not lost, "text": text, "log": str(folder)}
 
 
 def _work(job: dict[str, Any]) -> dict[str, Any]:

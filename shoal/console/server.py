@@ -24,8 +24,7 @@ from shoal.console.json_request import PageExtensions
 from shoal.console.live_pictures import LivePictures
 from shoal.console.log_feed import LogFeed
 from shoal.console.log_library import LogLibrary
-from shoal.console.log_link import LogLink
-from shoal.console.log_resume import CONFIGURATION
+from shoal.console.log_link import CONFIGURATION, LogLink
 from shoal.console.log_routes import LogRoutes
 from shoal.console.logged_pictures import LoggedPictures
 from shoal.console.map_routes import MapRoutes

@@ -1,5 +1,6 @@
 """`shoal console LOG`: a log is played, nothing in it is commanded, and its run is resumed."""
 
+import asyncio
 import json
 import time
 from pathlib import Path
@@ -7,7 +8,10 @@ from urllib.parse import quote
 
 import pytest
 
-from tests.outside import until
+import imc
+from shoal.console.page_job import PageJob
+from shoal.console.replay_answers import WORKER
+from tests.outside import TOO_LARGE, largest_file, until
 from tests.shoal.console.logged_run import SECONDS, record_run
 from tests.shoal.console.operator_page import OperatorPage, operator_page
 
@@ -105,6 +109,19 @@ def test_a_virtual_run_is_resumed_with_a_change(page):
     assert (Path(answer["log"]) / "Data.lsf.gz").is_file()
     answer = post(page, "/api/resume", position=20.0, change="Simulators.Nope:x=1")
     assert (answer["ok"], "Simulators.Nope" in answer["text"]) == (False, True)
+
+
+def test_a_full_disk_under_a_resumed_run_is_reported(logs, tmp_path):
+    """The disk holds the repeated run, but not the log of the new one."""
+    start = imc.Log(logs[1]).array("EstimatedState")["timestamp"][0]
+    job = {"log": str(logs[1]), "time": start + 5.0, "seconds": 120.0, "changes": [], "log_root": str(tmp_path)}
+    with largest_file(700_000):
+        found = asyncio.run(PageJob(WORKER).run(job))
+    assert found["ok"] is False
+    assert found["text"].startswith("the new log is not complete: ")
+    assert TOO_LARGE in found["text"]
+    assert "resumed at" in found["text"]
+    assert (Path(found["log"]) / "Data.lsf.gz").stat().st_size <= 700_000
 
 
 def test_all_logs_of_a_run_are_one(logs):
