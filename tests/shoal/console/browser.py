@@ -2,6 +2,8 @@
 
 import base64
 import json
+import os
+import signal
 import subprocess
 import time
 from collections.abc import Iterator
@@ -13,7 +15,7 @@ from urllib.request import urlopen
 
 from websockets.sync.client import ClientConnection, connect
 
-from tests.outside import until
+from tests.outside import children, until
 
 CHROMIUM = which("chromium") or which("chromium-browser")
 WORDS = (
@@ -31,8 +33,9 @@ WORDS = (
 class Browser:
     """One tab. `requests` are the addresses that it has asked for, `errors` those of its scripts."""
 
-    def __init__(self, socket: ClientConnection) -> None:
+    def __init__(self, socket: ClientConnection, process: int) -> None:
         self._socket = socket
+        self._process = process
         self._number = 0
         self.requests: list[str] = []
         self.errors: list[str] = []
@@ -58,6 +61,20 @@ class Browser:
                 self.errors.append(json.dumps(words["exceptionDetails"])[:3000])
             case "Log.entryAdded" if words["entry"]["level"] == "error":
                 self.errors.append(words["entry"]["text"])
+
+    @contextmanager
+    def asleep(self) -> Iterator[None]:
+        """Stop all processes of the browser, as a computer does that sleeps, and wake them."""
+        found = [self._process]
+        for each in found:  # which grows
+            found.extend(children(each))
+        for each in found:
+            os.kill(each, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            for each in found:
+                os.kill(each, signal.SIGCONT)
 
     def open(self, address: str) -> None:
         self.call("Page.navigate", url=address)
@@ -114,7 +131,7 @@ def browser(folder: Path) -> Iterator[Browser]:
             pages = json.loads(urlopen(f"http://127.0.0.1:{port}/json").read())
             address = next(page["webSocketDebuggerUrl"] for page in pages if page["type"] == "page")
             with connect(address, max_size=None, ping_interval=None) as socket:
-                yield Browser(socket)
+                yield Browser(socket, process.pid)
         finally:
             process.terminate()
             time.sleep(0.1)
