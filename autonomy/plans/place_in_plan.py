@@ -1,4 +1,4 @@
-"""What is left of a plan for a vehicle in the middle of one of its maneuvers."""
+"""The rest of a plan for a vehicle in the middle of one of its maneuvers."""
 
 import math
 from itertools import pairwise

@@ -9,7 +9,7 @@ from shoal.console.users import Role, User
 from support.terminal_text import printable
 from support.text_length import clip
 
-OPERATING = ("abort", "hold", "surface", "put", "delete", "start", "stop", PRESS)
+OPERATING = ("abort", "hold", "surface", "put", "delete", "start", "stop", "pause", "resume", PRESS)
 MAINTAINING = ("set", "save", "undo", PRESS_OF_MAINTAINER)
 ROLES = {**dict.fromkeys(OPERATING, Role.OPERATE), **dict.fromkeys(MAINTAINING, Role.MAINTAIN)}
 """The roles that orders need."""

@@ -38,7 +38,7 @@ S57_KINDS = {
     **dict.fromkeys(("ACHARE", "CBLARE", "FAIRWY", "MARCUL", "RESARE", "TSSLPT"), "area"),
     **dict.fromkeys(("BCNCAR", "BCNLAT", "BOYCAR", "BOYISD", "BOYLAT", "BOYSAW", "BOYSPP", "LIGHTS"), "mark"),
 }
-"""What is drawn of the object classes of S-57 (IHO S-57, appendix A)."""
+"""The kinds of the object classes that are drawn, of S-57 (IHO S-57, appendix A)."""
 DEPTHS = ("VALDCO", "VALSOU", "DRVAL1")
 NAMES = ("OBJNAM", "Name", "name")
 LINES = ("LineString", "MultiLineString", "Polygon", "MultiPolygon")

@@ -1,4 +1,4 @@
-"""What several simulated runs of the rest of a plan have in common, for the page."""
+"""A summary of several simulated runs of the rest of a plan, for the page."""
 
 import math
 from collections import Counter

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 
 import imc
-from autonomy.plans import sequential_plan
+from autonomy.plans import remaining_plan_at, sequential_plan
 from shoal.console.vehicle_view import RUNNING, motors, position, word
 from shoal.missions import PlanFileError, parse_plan
 from shoal.network import AsyncRemoteVehicle, NetworkSystem
@@ -18,8 +18,8 @@ LONGEST_PLAN = 65_536  # characters
 STATION_SPEED = 1.0  # m/s
 STATION_RADIUS = 15.0  # m
 POP_UP_TIMEOUT = 300  # s
-HOLD, SURFACE = "console-hold", "console-surface"
-"""Names of the plans that the page starts by a press of one key."""
+HOLD, SURFACE, REST = "console-hold", "console-surface", "console-rest"
+"""Names of the plans that the page starts by a press of one key; the last is what a pause leaves of a plan."""
 STOPPED = (imc.VehicleState.OpMode.SERVICE, imc.VehicleState.OpMode.ERROR, imc.VehicleState.OpMode.BOOT)
 
 
@@ -108,6 +108,28 @@ async def stop(vehicle: AsyncRemoteVehicle) -> str:
     return f"obeyed: the plan is stopped, mode {_mode_text(system)}"
 
 
+async def pause(vehicle: AsyncRemoteVehicle) -> str:
+    """Store the rest of the running plan on the vehicle, and hold. Raises OrderError, NetworkError."""
+    state = vehicle.system.latest_message(imc.PlanControlState)
+    if state is None or state.state not in RUNNING or state.plan_id in (HOLD, SURFACE):
+        raise OrderError("no plan is running that could be paused")
+    plan = await vehicle.plan.get(state.plan_id)
+    lat, lon, _ = await _position(vehicle)
+    state = vehicle.system.latest_message(imc.PlanControlState) or state
+    left = float(state.man_eta) if state.man_eta >= 0 else math.nan
+    try:
+        rest = remaining_plan_at(plan, state.man_id, (lat, lon), left)
+    except ValueError as error:
+        raise OrderError(f"{plan.plan_id} cannot be paused: {error}") from None
+    await vehicle.plan.put(rest.replace(plan_id=REST))
+    return f"{await hold(vehicle)}; Resume continues {plan.plan_id} at {state.man_id}"
+
+
+async def resume(vehicle: AsyncRemoteVehicle) -> str:
+    """Start what a pause has left of a plan. Raises OrderError, NetworkError."""
+    return await _start(vehicle, REST)
+
+
 async def put(vehicle: AsyncRemoteVehicle, text: str) -> str:
     """Store a plan that is written as YAML. Raises OrderError with its line, NetworkError."""
     if len(text) > LONGEST_PLAN:
@@ -148,6 +170,10 @@ async def carry_out(vehicle: AsyncRemoteVehicle, order: str, words: Mapping[str,
             return await start(vehicle, given.get("plan", ""))
         case "stop":
             return await stop(vehicle)
+        case "pause":
+            return await pause(vehicle)
+        case "resume":
+            return await resume(vehicle)
         case "put":
             return await put(vehicle, given.get("text", ""))
         case "delete":

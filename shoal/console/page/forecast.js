@@ -1,4 +1,4 @@
-// The rest of the running plan, simulated several times: tracks and circles on the map, and what the runs have in common.
+// The rest of the running plan, simulated several times: tracks and circles on the map, and their summary.
 import { ask, element, make, post, say } from "./page.js";
 
 const PERIOD = 2000; // ms between questions

@@ -47,7 +47,7 @@ export function makePlans(store) {
     if (!plan) return;
     // Somebody has changed a plan, here or in another program.
     if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
-    const eta = plan.eta ? `, ${plan.eta} s left` : "";
+    const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta)}` : "";
     element("progress").textContent = plan.name
       ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
       : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`;
@@ -92,7 +92,7 @@ export function makePlans(store) {
     say([`${answer.name} is saved`, ...answer.remarks].join("; "), answer.remarks.length ? "warn" : "good");
   };
   element("plans-refresh").onclick = refresh;
-  element("plan-stop").onclick = () => order(store.chosen, "stop");
+  for (const name of ["stop", "pause", "resume"]) element(`plan-${name}`).onclick = () => order(store.chosen, name);
   const forget = () => {
     latest += 1;
     owner = "";
@@ -104,3 +104,5 @@ export function makePlans(store) {
   const open = () => { if (store.chosen && owner !== store.chosen) refresh(); };
   return { draw, open, choose: forget };
 }
+
+const clock = (seconds) => new Date(seconds * 1000).toTimeString().slice(0, 5);

@@ -78,8 +78,11 @@ def fake_vehicle(label: str, **state: object) -> dict[str, object]:
 
 
 def choose(page, name: str) -> None:
-    page.run(f"document.getElementById('vehicle').value = {json.dumps(name)}")
-    page.run("document.getElementById('vehicle').dispatchEvent(new Event('change'))")
+    # In one step: a frame in between would set the list back.
+    page.run(
+        f"(() => {{ const list = document.getElementById('vehicle'); list.value = {json.dumps(name)};"
+        " list.dispatchEvent(new Event('change')); })()"
+    )
 
 
 def test_the_page_shows_the_vehicle_on_the_map(page):

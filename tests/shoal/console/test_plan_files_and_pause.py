@@ -82,3 +82,33 @@ def test_a_stored_plan_comes_back_as_text_and_a_change_shows_on_the_page(page):
     assert "altitude: 3" in found["text"]
     assert not page.get(f"/api/plan-text?vehicle={NAME}&plan=nobody")["ok"]
     until(lambda: (now := stored()) is not None and now != before, 20.0)
+
+
+LEGS = [[40, 30], [80, 30], [80, 60], [0, 60]]
+PATH = f"""plan: "legs"
+maneuvers:
+- follow_path: {{at: "41.185°, -8.7062°", depth: 2, speed: 1.2 m/s, points: {[[*leg, 0] for leg in LEGS]}}}
+"""
+
+
+def running(page) -> tuple[object, object]:
+    with page.frames() as frames:
+        plan = json.loads(frames.recv(10))["vehicles"][NAME]["plan"]
+    return plan["name"], plan["mode"]
+
+
+def test_a_plan_is_paused_and_resumed_where_it_was(page):
+    until(lambda: running(page)[1] == "service", 60.0)
+    assert "no plan is running" in page.order(NAME, "pause")["text"]
+    assert page.order(NAME, "put", text=PATH)["ok"]
+    assert page.order(NAME, "start", plan="legs")["ok"]
+    until(lambda: running(page) == ("legs", "maneuver"), 60.0)
+    found = page.order(NAME, "pause")
+    assert found["text"].startswith("obeyed: console-hold is carried out"), found
+    assert found["text"].endswith("Resume continues legs at FollowPath1")
+    assert running(page)[0] == "console-hold"
+    (leg,) = page.get(f"/api/plans?vehicle={NAME}&plan=console-rest")["path"]
+    assert (leg["kind"], leg["name"], len(leg["places"])) == ("FollowPath", "FollowPath1", len(LEGS))
+    assert "no plan is running that could be paused" in page.order(NAME, "pause")["text"]
+    assert "console-rest is carried out" in page.order(NAME, "resume")["text"]
+    assert page.order(NAME, "abort")["ok"]
