@@ -8,6 +8,7 @@ from typing import Any
 from support.wgs84 import displace, offset
 
 MARKS = 4  # times at which the places of all runs are enclosed
+NEARLY = 0.97  # of the horizon: the last row of a run is a little before its end
 COMPLETED = "completed"
 
 ForecastResult = dict[str, Any]
@@ -22,7 +23,7 @@ def describe_runs(runs: Sequence[ForecastResult], horizon: float) -> str:
     if ended:
         words.append(f"the plan ends in {_span([run['seconds'] for run in ended], 0)} s in {len(ended)} of {count}")
     if going := sum(run["seconds"] is None for run in runs):
-        words.append(f"continues beyond {horizon:g} s in {going} of {count}")
+        words.append(f"the plan continues beyond {horizon:g} s in {going} of {count}")
     failures = Counter(run["outcome"] for run in runs if run["outcome"] not in ("", COMPLETED))
     words += [f"fails ({reason}) in {number} of {count}" for reason, number in failures.most_common()]
     levels = [run["battery"] for run in runs if run["battery"] is not None]
@@ -42,7 +43,7 @@ def enclosing_circles(runs: Sequence[ForecastResult], horizon: float) -> list[di
     """
     tracks = [run["rows"] for run in runs if run["rows"]]
     latest = max((track[-1][0] for track in tracks), default=0.0)
-    end = min(horizon, latest)
+    end = horizon if latest > NEARLY * horizon else latest
     return [_circle(tracks, end * number / MARKS) for number in range(1, MARKS + 1)] if end > 0.0 else []
 
 

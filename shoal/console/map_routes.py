@@ -10,6 +10,7 @@ from starlette.responses import PlainTextResponse, Response
 import imc
 from imc.coordinates import area_corners
 from shoal.console.chart_overlays import ChartOverlays
+from shoal.console.detections import Detections
 from shoal.console.json_request import Answer, json_response
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
@@ -28,11 +29,17 @@ class MapRoutes:
 
     def __init__(self, network: Network, overlays: ChartOverlays, *, plays_log: bool) -> None:
         self._network, self._overlays, self._plays_log = network, overlays, plays_log
+        self._detections = Detections(network)
         self.questions: Mapping[str, Answer] = {
             "/api/overlays": self._list_overlays,
             "/api/overlay": self._overlay,
             "/api/limits": self._limits,
+            "/api/detections": self._detections.answer,
         }
+
+    def close(self) -> None:
+        """Listen to no vehicle any more."""
+        self._detections.close()
 
     async def _list_overlays(self, _: Request) -> Response:
         return json_response({"ok": True, "sizes": dict(self._overlays.sizes)})

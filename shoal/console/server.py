@@ -203,7 +203,7 @@ class ConsoleServer:
             for task in done:
                 task.result()
         finally:
-            for worker in (self._flights, self._logs, self._rates, self._forecasts):
+            for worker in (self._flights, self._logs, self._rates, self._forecasts, self._map):
                 worker.close()
             if self._replay is not None:
                 self._replay.close()

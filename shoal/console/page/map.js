@@ -96,7 +96,7 @@ export function makeMap(store) {
     }
   };
 
-  store.showPath = (path) => {
+  store.showPath = (path, fits = true) => {
     plan.clearLayers();
     const places = path.flatMap((leg) => leg.places);
     if (places.length > 1) L.polyline(places, { color: "#7b3294", weight: 2, dashArray: "6 4" }).addTo(plan);
@@ -106,7 +106,7 @@ export function makeMap(store) {
           .bindTooltip(make("span", `${leg.kind} ${leg.z ?? ""} m ${leg.reference}`));
       }
     }
-    if (places.length) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 });
+    if (places.length && fits) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 });
   };
   store.showFlight = (rows) => {
     flight.clearLayers();

@@ -3,6 +3,8 @@ import { ask, element, make } from "./page.js";
 
 const SMALL = 1 << 20; // bytes of an overlay that is drawn without being asked for
 const RENEWED = 30000; // ms between questions for limits
+const DETECTED = 2000; // ms between questions for detections
+const FADED = 60; // s, after which a detection is pale
 const PATIENCE = 60000; // ms for an overlay
 const STYLES = {
   contour: { color: "#35617d", weight: 1 }, land: { color: "#7a6a3a", weight: 1, fillOpacity: 0.35 },
@@ -16,7 +18,7 @@ export function makeMapExtras(store) {
     element("measure").hidden = true;
     return { draw: () => {} };
   }
-  const limits = L.layerGroup().addTo(map), ruler = L.layerGroup().addTo(map);
+  const detected = L.layerGroup().addTo(map), limits = L.layerGroup().addTo(map), ruler = L.layerGroup().addTo(map);
   let asked = false;
   let limited = ""; // the vehicle whose limits are drawn
   let places = [];
@@ -66,6 +68,18 @@ export function makeMapExtras(store) {
     element("limits").textContent = words.length ? `Limits: ${words.join(", ")}` : "";
   };
 
+  const showDetections = async () => {
+    const vehicle = store.chosen;
+    if (!vehicle || document.hidden) return;
+    const { objects } = await ask("/api/detections", { vehicle });
+    if (!objects || vehicle !== store.chosen) return;
+    detected.clearLayers();
+    for (const { label, lat, lon, age } of objects) {
+      const style = { radius: 6, color: "#d95f02", weight: 2, fill: false, opacity: age > FADED ? 0.4 : 1 };
+      L.circleMarker([lat, lon], style).addTo(detected).bindTooltip(make("span", `${label}, ${age.toFixed(0)} s ago`));
+    }
+  };
+
   const drawRuler = () => {
     ruler.clearLayers();
     L.polyline(places, { color: "#111", weight: 2, dashArray: "2 5", interactive: false }).addTo(ruler);
@@ -90,11 +104,13 @@ export function makeMapExtras(store) {
     drawRuler();
   });
   setInterval(showLimits, RENEWED);
+  setInterval(showDetections, DETECTED);
 
   const draw = () => {
     if (!asked) { asked = true; addOverlays(); }
     if (store.chosen && limited !== store.chosen) {
       limits.clearLayers();
+      detected.clearLayers();
       element("limits").textContent = "";
       showLimits();
     }

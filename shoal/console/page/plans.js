@@ -5,6 +5,7 @@ import { makePlanShapes } from "./plan_shapes.js";
 export function makePlans(store) {
   let owner = ""; // the vehicle whose plans are listed
   let latest = 0; // number of the latest list that was asked for: those before it come too late
+  let running = null; // the plan whose path has been asked for
   let stored = null; // what the vehicle has reported last about its plans
   const shapes = makePlanShapes(store);
   store.drawing = false;
@@ -42,11 +43,19 @@ export function makePlans(store) {
     return item;
   };
 
+  // Whoever has started it: the map keeps its place.
+  const showRunning = async (vehicle, plan) => {
+    if (store.replay) return;
+    const answer = await ask("/api/plans", { vehicle, plan });
+    if (answer.ok && vehicle === store.chosen && plan === running) store.showPath(answer.path, false);
+  };
+
   const draw = () => {
     const plan = store.vehicle()?.plan;
     if (!plan) return;
     // Somebody has changed a plan, here or in another program.
     if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
+    if (plan.name !== running) { running = plan.name; if (running) showRunning(store.chosen, running); }
     const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta)}` : "";
     element("progress").textContent = plan.name
       ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
@@ -96,7 +105,7 @@ export function makePlans(store) {
   const forget = () => {
     latest += 1;
     owner = "";
-    stored = null;
+    stored = running = null;
     element("plans").replaceChildren();
     element("progress").textContent = "";
     store.showPath?.([]);

@@ -41,7 +41,7 @@ def test_the_summary_has_each_number_with_the_count_of_runs():
         run(15.0, "vehicle errors: DVL", 0.0, "DVL: silent", battery=None),
     ]
     assert describe_runs(runs, 300.0) == (
-        "4 runs to 300 s; the plan ends in 102 to 120 s in 2 of 4; continues beyond 300 s in 1 of 4; "
+        "4 runs to 300 s; the plan ends in 102 to 120 s in 2 of 4; the plan continues beyond 300 s in 1 of 4; "
         "fails (vehicle errors: DVL) in 1 of 4; battery at the end 47.2 to 50.0 %; touches the bottom in 2 of 4; "
         "DVL: silent in 1 of 4"
     )

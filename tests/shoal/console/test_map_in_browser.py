@@ -34,7 +34,7 @@ def page(tmp_path_factory):
         browser(tmp_path_factory.mktemp("browser")) as found,
     ):
         found.set_size(1280, 800)
-        found.open(vehicle.link + "#" + vehicle.token if "#" not in vehicle.link else vehicle.link)
+        found.open(vehicle.link)
         until(lambda: "service" in found.text("#summary"), 60.0, told=lambda: found.text("#summary"))
         yield found
 
