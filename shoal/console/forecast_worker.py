@@ -94,10 +94,11 @@ class ForecastRun:
 
     def fly(self, pause: Callable[[], object]) -> dict[str, Any]:
         """Run to the end of the plan or to the horizon; `pause` is called every few seconds of vehicle time."""
-        horizon = self._job["horizon"]
+        horizon, kernel = self._job["horizon"], self.vehicle.kernel
+        latest = kernel.now_ns * 1e-9 + PATIENCE + horizon
         self._mission.begin()
         try:
-            while not self._is_over and not self._elapsed() >= horizon:
+            while not self._is_over and not self._elapsed() >= horizon and kernel.now_ns * 1e-9 < latest:
                 left = horizon - self._elapsed()
                 self.vehicle.run(min(SLICE, left) if left > 0.0 else SLICE)
                 pause()
@@ -110,8 +111,8 @@ class ForecastRun:
         return self.vehicle.kernel.now_ns * 1e-9 - self._began
 
     def _result(self, report: Report) -> dict[str, Any]:
-        if not report.legs and self._is_over:
-            raise ForecastError(f"the simulated vehicle rejects the rest of the plan: {report.reason}")
+        if not report.legs:
+            raise ForecastError(f"the simulated vehicle does not carry out the rest of the plan: {report.reason}")
         over = self._is_over
         return {
             "rows": self.rows,

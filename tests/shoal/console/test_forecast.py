@@ -101,6 +101,9 @@ def test_limits_of_the_running_vehicle_count_and_what_has_no_hull_is_refused():
     answer, runs = simulate(limits=limits.to_json())
     shown = [answer["text"]] if not answer["ok"] else runs[0]["crossed"]
     assert any("depth" in text for text in shown), (answer, runs)
+    answer, runs = simulate(plan=sequential_plan("p", {"land": imc.Land(lat=LAT, lon=LON)}).to_json())
+    assert (answer["ok"], runs) == (False, [])
+    assert answer["text"].startswith("the simulated vehicle does not carry out the rest of the plan: ")
     answer, runs = simulate(profile="hexa-00")
     assert (answer["ok"], runs) == (False, [])
     assert "has no hull in the water" in answer["text"]
