@@ -66,7 +66,7 @@ class _Reader:
         return [{"type": NAMES[kind], "coordinates": found}]
 
     def _list(self, read: Callable[[], Any], least: int) -> list[Any]:
-        """As many items as are announced, each of at least some bytes."""
+        """Read as many items as are announced, each of at least some bytes."""
         count = self._number("I")
         if count * least > len(self._data) - self._at:
             raise ValueError("a geometry announces more places than it has")

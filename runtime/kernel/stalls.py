@@ -62,7 +62,7 @@ class StallRecord:
 
     @property
     def _left_out_of_latest(self) -> int:
-        """How much of the latest stall a clock without stalls leaves out (ns)."""
+        """Part of the latest stall that a clock without stalls leaves out (ns)."""
         return max(0, self._stalls[-1].length - (COUNTED if self._succession > LATEST else 0))
 
     def recent(self, now: int) -> int:

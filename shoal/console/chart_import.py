@@ -181,7 +181,7 @@ def _import_depths(path: Path, window: ChartWindow | None) -> ImportedChart:
 
 
 def _thinned(features: list[Feature]) -> ImportedChart:
-    """As few places as a page draws: of lines those that are apart, then soundings at regular intervals."""
+    """Keep as few places as a page draws: of lines those that are apart, then soundings at regular intervals."""
     step, remarks = FINEST, list[str]()
     before = total = sum(_count(feature) for feature in features)
     while total > MOST_PLACES and step < 1.0:

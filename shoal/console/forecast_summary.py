@@ -16,7 +16,7 @@ ForecastResult = dict[str, Any]
 
 
 def describe_runs(runs: Sequence[ForecastResult], horizon: float) -> str:
-    """When the plan ends, with how much battery, and how often each limit was crossed, each with the number of runs."""
+    """Time of the plan's end, battery there, and crossings of each limit, each with the number of runs."""
     count = len(runs)
     ended = [run for run in runs if run["outcome"] == COMPLETED]
     words = [f"{count} runs to {horizon:g} s" if count != 1 else f"1 run to {horizon:g} s"]

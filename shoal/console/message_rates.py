@@ -31,7 +31,7 @@ class KindCount(NamedTuple):
 
 
 Counts = Mapping[tuple[str, str, int], KindCount]
-"""By vehicle, message, and id of the entity."""
+"""Counts by vehicle, message, and id of the entity."""
 
 
 class MessageCounter(Protocol):

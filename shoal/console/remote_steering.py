@@ -41,7 +41,7 @@ class StickPosition:
 
     @classmethod
     def parse(cls, words: Mapping[str, object]) -> Self:
-        """From numbers of the page; what is no number is neutral."""
+        """Make it from numbers of the page; what is no number is neutral."""
         return cls(*(_share(words.get(name)) for name in ("ahead", "turn", "up", "side")))
 
     def remote_actions(self, offer: Collection[str]) -> str:
