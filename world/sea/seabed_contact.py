@@ -6,7 +6,7 @@ from support.rotations import Vector
 from world.sea.bathymetry import Bathymetry
 
 # Assumed, without a source: the bottom holds as if a hull had half its weight in air as friction, for a bow that digs
-# into the sediment. Friction alone would hardly slow a vehicle that weighs nothing in water.
+# into the sediment, until it rises. Friction alone would hardly slow a vehicle that weighs nothing in water.
 GRIP = 5.0  # m/s², deceleration on the bottom
 TOUCH = 0.005  # m above the bottom, where a vehicle still feels it
 TURNING = 0.5  # s, time constant of rotations on the bottom; assumed, too
@@ -78,6 +78,8 @@ class SeabedContact:
         else:
             self._free = here
             north, east, down = hull.ground_velocity
+            if down < 0.0 and hull.z <= water - hull.draft:
+                return water  # buoyancy or fins lift it, and nothing presses it on the bottom
             if hull.z > water - hull.draft:
                 hull.z, down = water - hull.draft, min(0.0, down)
             speed = (north * north + east * east) ** 0.5

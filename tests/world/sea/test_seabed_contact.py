@@ -49,6 +49,17 @@ def test_it_sinks_to_the_bottom_and_slides_to_a_stop():
     assert hull.x < 2.0 * 19.9 + 0.5
 
 
+def test_a_vehicle_that_buoyancy_lifts_off_the_bottom_is_not_held():
+    hull = Hull(z=19.9 - 0.003, q=0.5, ground_velocity=(1.0, 0.0, -0.01))
+    touches, _ = move(hull, FLAT, 5)
+    assert touches == [20.0] * 5
+    assert (hull.ground_velocity, hull.q) == ((1.0, 0.0, -0.01), 0.5)
+    pressed = Hull(z=19.9, q=0.5, ground_velocity=(1.0, 0.0, 0.01))
+    move(pressed, FLAT, 6)
+    assert pressed.ground_velocity == (pytest.approx(0.75, abs=0.051), 0.0, 0.0)
+    assert pressed.q < 0.5
+
+
 def test_far_from_the_bottom_nothing_is_changed():
     hull = Hull(z=5.0, q=0.5, ground_velocity=(2.0, 1.0, 0.1))
     before = replace(hull)
