@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import imc
 from imc import coordinates
+from support.rotations import wrap
 
 FARTHEST = 1e7  # m from the reference point
 HIGHEST = 2e6  # m, what an int32 holds in mm
@@ -79,12 +80,7 @@ def has_valid_depth(state: imc.EstimatedState) -> bool:
 
 def degrees_e7(angle: float) -> int:
     """An angle in rad as 1e-7 degrees, between -180 and 180 degrees."""
-    return round(math.degrees(wrapped(angle)) * 1e7)
-
-
-def wrapped(angle: float) -> float:
-    """An angle (rad) between -pi and pi, unchanged if it is there already."""
-    return angle if -math.pi <= angle <= math.pi else math.remainder(angle, math.tau)
+    return round(math.degrees(wrap(angle)) * 1e7)
 
 
 def _on_earth(lat: float, lon: float) -> bool:

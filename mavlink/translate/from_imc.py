@@ -5,9 +5,9 @@ from collections.abc import Iterable
 
 import imc
 from mavlink.dialect import Fields
-from mavlink.positions import GlobalPosition, Home, degrees_e7, wrapped
+from mavlink.positions import GlobalPosition, Home, degrees_e7
 from support import wgs84
-from support.rotations import rotation, to_ned
+from support.rotations import rotation, to_ned, wrap
 
 State = imc.EntityState.State
 UNKNOWN_16 = 0xFFFF
@@ -75,9 +75,9 @@ def attitude(state: imc.EstimatedState, time: int) -> Fields | None:
         return None
     return {
         "time_boot_ms": time,
-        "roll": wrapped(state.phi),
-        "pitch": wrapped(state.theta),
-        "yaw": wrapped(state.psi),
+        "roll": wrap(state.phi),
+        "pitch": wrap(state.theta),
+        "yaw": wrap(state.psi),
         "rollspeed": state.p,
         "pitchspeed": state.q,
         "yawspeed": state.r,

@@ -16,7 +16,7 @@ from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.durations import parse_duration
 from support.number_parsing import leading_number
 from support.terminal_text import quoted, with_suggestion
-from support.wgs84 import displace, ground_distance
+from support.wgs84 import SEMI_MAJOR_AXIS, displace, ground_distance
 
 RESTART = ("on-failure", "never")
 COLUMNS = 10  # vehicles side by side, from west to east
@@ -24,7 +24,7 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._~-]{0,63}")
 CLIENT = "Zenoh:Mode=client"
 PLACE = ":Initial Position="
 NEAREST = 5.0  # m between two start positions; nearer, vehicles touch
-CELLS = 6378137.0 / NEAREST  # per rad, so that two positions that are too near are in neighboring cells
+CELLS = SEMI_MAJOR_AXIS / NEAREST  # per rad, so that two positions that are too near are in neighboring cells
 FIXED = ("Mode", "Scouting")  # of the process to which all connect
 
 
