@@ -81,6 +81,7 @@ def test_a_log_that_grows_or_is_removed_while_it_is_downloaded_comes_as_it_was(p
     assert file_of(page, row["key"])[:2] == (404, b"Data.lsf: No such file or directory")
 
 
+@pytest.mark.heavy
 def test_downloads_that_nobody_reads_are_limited_and_end(page, monkeypatch):
     monkeypatch.setattr(log_routes, "MOST_DOWNLOADS", 2)
     place = write_log(page.folder, "20260101/000005")
@@ -99,6 +100,7 @@ def test_downloads_that_nobody_reads_are_limited_and_end(page, monkeypatch):
     until(lambda: file_of(page, row["key"], "Output.txt")[0] == 200)
 
 
+@pytest.mark.heavy
 def test_a_report_is_a_document_that_reaches_nothing_of_the_page(page):
     write_log(page.folder, "20260101/000005_<script>")
     (row,) = logs(page)
@@ -113,6 +115,7 @@ def test_a_report_is_a_document_that_reaches_nothing_of_the_page(page):
     assert "self" in page.request("GET", "/")[2]["content-security-policy"]
 
 
+@pytest.mark.heavy
 def test_what_is_no_log_has_a_reason_instead_of_a_report(page):
     (page.folder / "noise").mkdir()
     (page.folder / "noise" / "Data.lsf").write_bytes(b"noise" * 100)
@@ -122,6 +125,7 @@ def test_what_is_no_log_has_a_reason_instead_of_a_report(page):
         assert make_report(page, key)["text"].startswith("this log is not in the list")
 
 
+@pytest.mark.heavy
 def test_one_report_at_a_time_is_made_and_can_be_cancelled(page):
     write_log(page.folder, "20260101/000005")
     (row,) = logs(page)
