@@ -20,6 +20,7 @@ PERIOD = 0.2  # s between frames
 TRACK_PERIOD = 1.0  # s between points of a track
 TRACK_POINTS = 3600
 LOG_ENTRIES = 400
+REPEATED = 64  # entries among which a copy is looked for
 MOST_WAITING = 2  # frames in front of a slow page; the oldest is dropped
 MOST_FIELDS = 32  # of a page, in plots and panels
 
@@ -74,6 +75,7 @@ class PageFeed:
         self._tracks: dict[str, deque[list[float | None]]] = {}
         self._log: deque[list[object]] = deque(maxlen=LOG_ENTRIES)
         self._notes: list[list[object]] = []
+        self._newest_entries: deque[imc.LogBookEntry] = deque(maxlen=REPEATED)
         self._listener: MessageListener | None = None
         self._woken = asyncio.Event()
         self._asked: dict[str, float] = {}
@@ -149,7 +151,8 @@ class PageFeed:
         assert self._listener is not None
         found, self._notes = self._notes, []
         for system, message in self._listener.take_all():
-            if isinstance(message, imc.LogBookEntry):
+            if isinstance(message, imc.LogBookEntry) and message not in self._newest_entries:  # networks repeat packets
+                self._newest_entries.append(message)
                 kind = word(imc.LogBookEntry.Type, message.type)
                 words = map(printable, (message.context, message.text, system.label(message.src_ent)))
                 found.append([round(message.htime, 1), system.name, kind, *words])

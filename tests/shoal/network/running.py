@@ -47,7 +47,8 @@ class Running:
             words += ["--set", f"Zenoh:Scouting Address=224.0.0.224:{self.port + 1}"]
         for name in ("Announce", "Discovery"):
             words += ["--set", f"Transports.{name}:Ports={','.join(map(str, ports))}"]
-        off = ("Transports.MAVLink", "Transports.Console", "Simulators.MUGDetectionCamera", "Plan.Autostart")
+        off = ("Transports.MAVLink", "Transports.Console", "Plan.Autostart")
+        off += ("Simulators.MUGDetectionCamera",) if profile.startswith("lauv") else ()
         off += ("Monitors.HostResources",)  # this computer is busy with tests
         quiet = [word for section in off for word in ("--set", f"{section}:Enabled=Never")]
         quiet += ["--clock", "4x"]  # it boots sooner
