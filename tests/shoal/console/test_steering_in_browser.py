@@ -89,6 +89,28 @@ def test_a_pointer_that_pulls_steers(tab):
     end(tab)
 
 
+def test_a_game_pad_steers_while_a_shoulder_button_is_held(tab):
+    """The browser has none here: the page asks this one."""
+
+    def give(pads: str) -> None:
+        tab.run(f"navigator.getGamepads = () => {pads}; 0")
+
+    pad = "{{connected: {}, axes: [0, -1, 0.02, 0], buttons: Array(8).fill({{pressed: {}}})}}"
+    begin(tab)
+    try:
+        give(f"[null, {pad.format('true', 'true')}]")
+        until(lambda: "motors turning" in tab.text("#summary"), told=lambda: tab.text("#summary"))
+        give(f"[null, {pad.format('true', 'false')}]")
+        at_rest(tab)
+        give(f"[null, {pad.format('true', 'true')}]")
+        until(lambda: "motors turning" in tab.text("#summary"), told=lambda: tab.text("#summary"))
+        give("[null, null]")  # its cable is pulled out
+        at_rest(tab)
+    finally:
+        give("[]")
+    end(tab)
+
+
 def test_a_page_that_sleeps_with_a_key_down_stops_the_boat_and_steers_no_more_when_it_wakes(tab, served):
     """As a laptop whose lid is closed: the page does nothing at all, and the key is down all the time."""
     before = len(served.lines)

@@ -80,6 +80,29 @@ def test_a_damaged_file_is_named_when_it_is_read(tmp_path):
     assert sets.troubles[0].startswith("photo: ")
 
 
+@pytest.mark.parametrize("damage", ["truncated", "overwritten", "strange"])
+def test_a_damaged_database_serves_no_tile_and_the_others_are_served(tmp_path, damage):
+    write_mbtiles(tmp_path / "bad.mbtiles")
+    write_mbtiles(tmp_path / "chart.mbtiles")
+    data = bytearray((tmp_path / "bad.mbtiles").read_bytes())
+    if damage == "truncated":
+        del data[len(data) // 2 :]
+    elif damage == "overwritten":
+        data[len(data) // 2 :] = b"\xa5" * (len(data) - len(data) // 2)
+    else:
+        with sqlite3.connect(tmp_path / "other.mbtiles") as database:
+            database.execute("CREATE TABLE tiles (zoom_level TEXT, tile_column TEXT, tile_row TEXT, tile_data TEXT)")
+            database.execute("INSERT INTO tiles VALUES ('x', '<b>', 'y', 'z')")
+        database.close()
+        data = (tmp_path / "other.mbtiles").read_bytes()
+        (tmp_path / "other.mbtiles").unlink()
+    (tmp_path / "bad.mbtiles").write_bytes(data)
+    sets = TileSets(tmp_path)
+    assert sets.tile("bad", 3, 2, 1) is None
+    assert sets.tile("chart", 3, 2, 1) == (PNG, "image/png")
+    assert any("bad" in text for text in sets.troubles)
+
+
 def test_a_tile_that_is_no_picture_is_not_served(tmp_path):
     write_mbtiles(tmp_path / "chart.mbtiles", tile=b"<script>alert(1)</script>")
     assert TileSets(tmp_path).tile("chart", 3, 2, 1) is None
