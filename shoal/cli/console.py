@@ -54,7 +54,7 @@ console.add_command(certificate)
     "--tiles",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     metavar="FOLDER",
-    help="Map tiles: a folder with .mbtiles and .pmtiles files.",
+    help="Map tiles: a folder with .mbtiles and .pmtiles files, and overlays of `shoal map import`.",
 )
 @click.option(
     "--panels",
@@ -119,6 +119,7 @@ def page(
         )
 
     maps = TileSets(tiles)
+    maps.overlays.read()
     try:
         check_address(address)
         security = read_page_security(address, folder or access_folder())
@@ -153,7 +154,7 @@ def page(
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
-        for trouble in server.troubles:
+        for trouble in (*server.troubles, *maps.overlays.troubles):
             click.echo(printable(trouble), err=True)
         stopped = asyncio.Event()
         for number in STOPPING:

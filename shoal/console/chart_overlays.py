@@ -22,15 +22,23 @@ Feature = dict[str, Any]
 
 
 class ChartOverlays:
-    """The overlays of a folder, by their names without suffix, as JSON that is safe to draw.
+    """The overlays of a folder, by their names without suffix, as JSON that is safe to draw; empty until `read`.
 
     sizes: bytes of each. troubles: a sentence for each file that cannot be read.
     """
 
     def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+        self._is_read = False
         self.troubles: list[str] = []
         self._texts: dict[str, bytes] = {}
-        for path in sorted(folder.glob(f"*{SUFFIX}")) if folder is not None else ():
+
+    def read(self) -> None:
+        """Read the files, once; a large one takes a second of a core."""
+        if self._is_read or self._folder is None:
+            return
+        self._is_read = True
+        for path in sorted(self._folder.glob(f"*{SUFFIX}")):
             if len(self._texts) >= MOST_FILES:
                 self.troubles.append(f"{path}: not shown: there are more than {MOST_FILES} overlays")
                 break

@@ -1,5 +1,6 @@
 """Requests of the page for what its map shows beside vehicles: overlays of charts, and the limits of a vehicle."""
 
+import asyncio
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -30,6 +31,7 @@ class MapRoutes:
     def __init__(self, network: Network, overlays: ChartOverlays, *, plays_log: bool) -> None:
         self._network, self._overlays, self._plays_log = network, overlays, plays_log
         self._detections = Detections(network)
+        self._reading = asyncio.Lock()
         self.questions: Mapping[str, Answer] = {
             "/api/overlays": self._list_overlays,
             "/api/overlay": self._overlay,
@@ -42,7 +44,11 @@ class MapRoutes:
         self._detections.close()
 
     async def _list_overlays(self, _: Request) -> Response:
-        return json_response({"ok": True, "sizes": dict(self._overlays.sizes)})
+        """Read them first: a vehicle must not wait for that as it starts."""
+        async with self._reading:
+            await asyncio.to_thread(self._overlays.read)
+        overlays = self._overlays
+        return json_response({"sizes": dict(overlays.sizes), "troubles": list(map(printable, overlays.troubles))})
 
     async def _overlay(self, request: Request) -> Response:
         text = self._overlays.text(request.query_params.get("name", ""))

@@ -20,14 +20,14 @@ KINDS = {
 
 
 class TileSets:
-    """The tile files of a folder, by their names without suffix, and its overlays.
+    """The tile files of a folder, by their names without suffix, and its overlays, which are read later.
 
     zooms: the least and the largest zoom level of each. troubles: a sentence for each file that cannot be read.
     """
 
     def __init__(self, folder: Path | None) -> None:
         self.overlays: ChartOverlays = ChartOverlays(folder)
-        self.troubles: list[str] = [*self.overlays.troubles]
+        self.troubles: list[str] = []
         self.zooms: dict[str, tuple[int, int]] = {}
         self._sets: dict[str, ReadTile] = {}
         for path in sorted(folder.iterdir()) if folder is not None else ():

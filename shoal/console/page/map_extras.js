@@ -1,5 +1,5 @@
 // Beside vehicles on the map: overlays of charts, the limits of the chosen vehicle, and a tool for distances.
-import { ask, element, make } from "./page.js";
+import { ask, element, make, say } from "./page.js";
 
 const SMALL = 1 << 20; // bytes of an overlay that is drawn without being asked for
 const RENEWED = 30000; // ms between questions for limits
@@ -37,8 +37,9 @@ export function makeMapExtras(store) {
   };
 
   const addOverlays = async () => {
-    const { sizes } = await ask("/api/overlays");
+    const { sizes, troubles } = await ask("/api/overlays", {}, PATIENCE);
     if (!sizes) { asked = false; return; }
+    if (troubles.length) say(troubles.join("; "), "warn");
     if (!Object.keys(sizes).length) return;
     const control = L.control.layers({}, {}, { collapsed: false, position: "bottomleft" }).addTo(map);
     for (const [name, size] of Object.entries(sizes)) {

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from shoal.cli import main
 from shoal.console import TileSets
-from shoal.console.chart_overlays import MOST_FILES
+from shoal.console.chart_overlays import MOST_FILES, ChartOverlays
 from tests.shoal.console.operator_page import vehicle_page
 
 SMALL = Path(__file__).parent / "small.000"
@@ -22,6 +22,13 @@ GPX = """<?xml version="1.0"?><gpx version="1.1" creator="x" xmlns="http://www.t
 CONTOUR = {"type": "LineString", "coordinates": [[-8.7, 41.18], [-8.71, 41.19]]}
 
 
+def overlays_of(folder: Path) -> ChartOverlays:
+    found = TileSets(folder).overlays
+    assert not found.sizes  # a vehicle does not wait for them as it starts
+    found.read()
+    return found
+
+
 def run(*words: object) -> tuple[int, str]:
     result = CliRunner().invoke(main, ["map", "import", *map(str, words)])
     return result.exit_code, result.output
@@ -30,7 +37,7 @@ def run(*words: object) -> tuple[int, str]:
 def imported(folder: Path, path: Path) -> list[dict]:
     code, output = run(path, "--into", folder)
     assert code == 0, output
-    overlays = TileSets(folder).overlays
+    overlays = overlays_of(folder)
     assert overlays.troubles == []
     return json.loads(overlays.text(path.stem))["features"]
 
@@ -83,7 +90,7 @@ def test_depths_become_contours_around_a_place(tmp_path):
     assert (code, "--around" in output) == (2, True)
     code, output = run(path, "--into", tmp_path / "charts", "--around", "41.182,-8.698", "--radius", 400)
     assert code == 0, output
-    found = json.loads(TileSets(tmp_path / "charts").overlays.text("survey"))["features"]
+    found = json.loads(overlays_of(tmp_path / "charts").text("survey"))["features"]
     assert {each["properties"]["kind"] for each in found} == {"contour"}
     assert len({each["properties"]["depth"] for each in found}) >= 4
 
@@ -124,7 +131,7 @@ def test_a_large_chart_is_thinned_to_what_a_page_draws(tmp_path):
     assert [each["geometry"]["coordinates"][-1] for each in found] == [many["coordinates"][-1]] * 2
     assert "thinned from 120000 to 1" in run(path, "--into", tmp_path / "charts")[1]
     (tmp_path / "charts/c.geojson").write_text(path.read_text())
-    assert "more than 100000 places" in TileSets(tmp_path / "charts").troubles[0]
+    assert "more than 100000 places" in overlays_of(tmp_path / "charts").troubles[0]
 
 
 def test_overlays_that_cannot_be_read_are_named_and_the_others_served(tmp_path):
@@ -132,14 +139,14 @@ def test_overlays_that_cannot_be_read_are_named_and_the_others_served(tmp_path):
     (tmp_path / "deep.geojson").write_text("[" * 100_000)
     for number in range(MOST_FILES + 2):
         (tmp_path / f"o{number:02}.geojson").write_text(collection((CONTOUR, {"depth": 1.0})))
-    found = TileSets(tmp_path)
-    assert len(found.overlays.sizes) == MOST_FILES
+    found = overlays_of(tmp_path)
+    assert len(found.sizes) == MOST_FILES
     assert [trouble.split("/")[-1].split(":")[0] for trouble in found.troubles] == [
         "bad.geojson",
         "deep.geojson",
         f"o{MOST_FILES:02}.geojson",
     ]
-    assert found.overlays.text("../etc/passwd") is None
+    assert found.text("../etc/passwd") is None
 
 
 def test_a_vehicle_serves_its_overlays_and_its_limits(tmp_path):
