@@ -31,7 +31,7 @@ def fly() -> float:
     """Processor seconds of the job, with the start of its process."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     job = {"text": PLAN, "profile": "lauv-noptilus-1"}
-    found = asyncio.run(PageJob("shoal.console.plan_flight").run(job))
+    found = asyncio.run(PageJob("shoal.console.plans.plan_flight").run(job))
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     print(f"flight: {spent:.2f} s of processor time; {found['text']}", flush=True)

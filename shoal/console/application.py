@@ -13,22 +13,22 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import imc
-from shoal.console.access import Access, PageSession
-from shoal.console.account_routes import AccountRoutes
-from shoal.console.authority import Authority, AuthorityError
+from shoal.console.access.account_routes import AccountRoutes
+from shoal.console.access.authority import Authority, AuthorityError
+from shoal.console.access.page_sessions import Access, PageSession
+from shoal.console.access.request_guard import RequestGuard
+from shoal.console.access.users import Role
+from shoal.console.charts.tiles import TileSets
 from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
 from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
+from shoal.console.logs.replay_answers import REJECTED
 from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.page_files import PageFiles
-from shoal.console.panel_routes import PanelRoutes
-from shoal.console.parameter_routes import ParameterRoutes
-from shoal.console.plan_path import plan_path
-from shoal.console.replay_answers import REJECTED
-from shoal.console.request_guard import RequestGuard
-from shoal.console.steering_routes import SteeringRoutes
-from shoal.console.tiles import TileSets
-from shoal.console.user_panels import PRESS
-from shoal.console.users import Role
+from shoal.console.panels.panel_routes import PanelRoutes
+from shoal.console.panels.user_panels import PRESS
+from shoal.console.parameters.parameter_routes import ParameterRoutes
+from shoal.console.plans.plan_path import plan_path
+from shoal.console.steering.steering_routes import SteeringRoutes
 from shoal.console.vehicle_orders import OrderError
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable

@@ -9,8 +9,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from shoal.console.page_feed import encode
-from shoal.console.profile_settings import ProfileSettings
-from shoal.console.user_panels import UserPanel
+from shoal.console.panels.user_panels import UserPanel
+from shoal.console.parameters.profile_settings import ProfileSettings
 
 Answer = Callable[[Request], Awaitable[Response]]
 

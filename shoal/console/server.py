@@ -11,35 +11,35 @@ from typing import Any
 import uvicorn
 
 import imc
-from shoal.console.access import Access
+from shoal.console.access.authority import Authority, Journal
+from shoal.console.access.page_security import PageSecurity
+from shoal.console.access.page_sessions import Access
+from shoal.console.access.users import User
 from shoal.console.application import ConsoleApplication
-from shoal.console.authority import Authority, Journal
 from shoal.console.browser_libraries import read_browser_files
-from shoal.console.camera_answers import CameraAnswers
-from shoal.console.depth_contours import ContourAnswers
-from shoal.console.dive_check_routes import DiveCheckRoutes
-from shoal.console.forecast_routes import ForecastRoutes
+from shoal.console.cameras.camera_answers import CameraAnswers
+from shoal.console.cameras.live_pictures import LivePictures
+from shoal.console.cameras.logged_pictures import LoggedPictures
+from shoal.console.charts.depth_contours import ContourAnswers
+from shoal.console.charts.map_routes import MapRoutes
+from shoal.console.charts.tiles import TileSets
+from shoal.console.connections.page_listener import PageListener
+from shoal.console.connections.page_protocol import PageHTTPServer
 from shoal.console.foxglove import ViewerAccess
+from shoal.console.health.dive_check_routes import DiveCheckRoutes
+from shoal.console.health.message_rates import MessageCounter, RateRoutes
 from shoal.console.json_request import PageExtensions
-from shoal.console.live_pictures import LivePictures
-from shoal.console.log_feed import LogFeed
-from shoal.console.log_library import LogLibrary
-from shoal.console.log_link import CONFIGURATION, LogLink
-from shoal.console.log_routes import LogRoutes
-from shoal.console.logged_pictures import LoggedPictures
-from shoal.console.map_routes import MapRoutes
-from shoal.console.message_rates import MessageCounter, RateRoutes
+from shoal.console.logs.log_feed import LogFeed
+from shoal.console.logs.log_library import LogLibrary
+from shoal.console.logs.log_link import CONFIGURATION, LogLink
+from shoal.console.logs.log_routes import LogRoutes
+from shoal.console.logs.replay_answers import ReplayAnswers
 from shoal.console.page_feed import PageFeed
-from shoal.console.page_listener import PageListener
-from shoal.console.page_protocol import PageHTTPServer
-from shoal.console.page_security import PageSecurity
-from shoal.console.plan_files import PlanFiles
-from shoal.console.plan_flights import PlanFlights
-from shoal.console.profile_settings import ProfileSettings
-from shoal.console.replay_answers import ReplayAnswers
-from shoal.console.tiles import TileSets
-from shoal.console.user_panels import UserPanel
-from shoal.console.users import User
+from shoal.console.panels.user_panels import UserPanel
+from shoal.console.parameters.profile_settings import ProfileSettings
+from shoal.console.plans.forecast_routes import ForecastRoutes
+from shoal.console.plans.plan_files import PlanFiles
+from shoal.console.plans.plan_flights import PlanFlights
 from shoal.network import Network
 
 DEFAULT_PORTS = {"http": 80, "https": 443}  # which browsers leave out
@@ -160,7 +160,7 @@ class ConsoleServer:
             contours = ContourAnswers(lambda name: name if name in systems else None)
             parts = self._flights, self._plan_files, self._forecasts, self._logs
             views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}
-            views |= self._plan_files.questions | self._forecasts.questions
+            views |= {**self._plan_files.questions, **self._forecasts.questions}
             orders = {path: answer for part in parts for path, answer in part.orders.items()}
             return PageExtensions(views, orders, settings=self._settings, panels=self._panels)
         configuration = player.states.path.parent / CONFIGURATION

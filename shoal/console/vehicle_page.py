@@ -6,14 +6,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from shoal.console.bus_counter import BusCounter
+from shoal.console.access.page_security import access_folder, read_page_security
+from shoal.console.access.users import User
 from shoal.console.bus_link import BusLink
-from shoal.console.page_security import access_folder, read_page_security
-from shoal.console.profile_settings import ProfileSettings
+from shoal.console.charts.tiles import TileSets
+from shoal.console.health.bus_counter import BusCounter
+from shoal.console.panels.user_panels import PanelFileError, UserPanel, read_panels
+from shoal.console.parameters.profile_settings import ProfileSettings
 from shoal.console.server import ConsoleServer
-from shoal.console.tiles import TileSets
-from shoal.console.user_panels import PanelFileError, UserPanel, read_panels
-from shoal.console.users import User
 from shoal.network import Network
 from support.file_errors import describe_os_error
 from tasks.transports.console import Console, PageServer

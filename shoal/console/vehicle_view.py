@@ -7,7 +7,7 @@ from typing import Any
 
 import imc
 from imc.discovery import displayable_name
-from shoal.console.health_advice import advice
+from shoal.console.health.health_advice import advice
 from shoal.network import NetworkSystem
 from support.terminal_text import printable
 from support.wgs84 import is_on_earth

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import imc
-from shoal.console.camera_picture import CameraPicture, parse_picture
-from shoal.console.detection_marks import Mark
+from shoal.console.cameras.camera_picture import CameraPicture, parse_picture
+from shoal.console.cameras.detection_marks import Mark
 from shoal.logs.export import (
     ANNOTATIONS,
     CAMERA_INFO,

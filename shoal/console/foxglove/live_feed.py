@@ -13,12 +13,12 @@ from typing import NamedTuple, Protocol
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY
 from runtime.logs import label_text
-from shoal.console.camera_picture import CameraPicture
-from shoal.console.detection_marks import Mark, RecentDetections
+from shoal.console.cameras.camera_picture import CameraPicture
+from shoal.console.cameras.detection_marks import Mark, RecentDetections
+from shoal.console.cameras.live_pictures import LIVE_RATE, PictureSubscription
 from shoal.console.foxglove import protocol
 from shoal.console.foxglove.camera_topics import camera_topics
 from shoal.console.foxglove.playback import Playback, PlaybackState, nanoseconds, playback_state
-from shoal.console.live_pictures import LIVE_RATE, PictureSubscription
 from shoal.logs.export import CdrError, MessageTopic, MessageTopics, TopicChannels
 from shoal.network import MessageListener, Network, NetworkSystem
 

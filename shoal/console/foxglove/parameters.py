@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import cast
 
-from shoal.console.authority import AuthorityError, Permit
+from shoal.console.access.authority import AuthorityError, Permit
 from shoal.console.foxglove.protocol import GivenParameter, Json
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable

@@ -12,8 +12,9 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from shoal.console.access import PageSession
-from shoal.console.authority import Authority
+from shoal.console.access.authority import Authority
+from shoal.console.access.page_sessions import PageSession
+from shoal.console.access.users import Role, User
 from shoal.console.foxglove.layout import make_layout
 from shoal.console.foxglove.live_feed import LiveFeed
 from shoal.console.foxglove.parameters import ParameterAccess
@@ -22,7 +23,6 @@ from shoal.console.foxglove.protocol import SUBPROTOCOLS
 from shoal.console.foxglove.vehicle_services import VehicleServices
 from shoal.console.foxglove.viewer_access import ViewerAccess, is_own_origin
 from shoal.console.foxglove.viewer_session import ViewerSession
-from shoal.console.users import Role, User
 from shoal.network import AsyncRemoteVehicle, Network
 
 PATH = "/foxglove"

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 import imc
-from shoal.console.authority import AuthorityError, Permit
+from shoal.console.access.authority import AuthorityError, Permit
 from shoal.console.foxglove import protocol
 from shoal.console.foxglove.connection_graph import Graph, consumed_messages, published_topics, task_names
 from shoal.console.foxglove.live_feed import LiveFeed

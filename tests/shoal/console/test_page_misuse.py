@@ -8,7 +8,7 @@ from websockets.exceptions import InvalidStatus
 
 import imc
 from shoal.console import Role, Users
-from shoal.console.page_security import PageSecurity
+from shoal.console.access.page_security import PageSecurity
 from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.page_of_nobody import served_page
 
@@ -44,7 +44,9 @@ class Announced(Radio):
 
 def test_contours_are_made_once_and_for_vehicles_that_are_there_only(monkeypatch):
     made = []
-    monkeypatch.setattr("shoal.console.depth_contours.depth_contours", lambda profile: made.append(profile) or [])
+    monkeypatch.setattr(
+        "shoal.console.charts.depth_contours.depth_contours", lambda profile: made.append(profile) or []
+    )
     with served_page(Announced()) as page:
         page.log_in()
 

@@ -8,9 +8,9 @@ import pytest
 
 from tests.outside import until
 from tests.shoal.console.browser import browser
+from tests.shoal.console.logs.test_log_in_browser import set_value
 from tests.shoal.console.operator_page import vehicle_page
 from tests.shoal.console.test_in_browser import fake_vehicle, give_frame, view
-from tests.shoal.console.test_log_in_browser import set_value
 
 NAME = "lauv-noptilus-1"
 PANELS = """panels:

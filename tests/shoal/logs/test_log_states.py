@@ -8,7 +8,7 @@ import pytest
 
 import imc
 from shoal.logs.log_states import LARGEST, LogStates
-from tests.shoal.console.logged_run import SECONDS, record_run
+from tests.shoal.console.logs.logged_run import SECONDS, record_run
 
 pytestmark = [pytest.mark.heavy, pytest.mark.computing]
 

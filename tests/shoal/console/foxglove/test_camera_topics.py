@@ -5,14 +5,12 @@ import pytest
 
 import imc
 from runtime import Frame
-from shoal.console.camera_picture import parse_picture
+from shoal.console.cameras.camera_picture import parse_picture
 from shoal.console.foxglove.camera_topics import camera_topics
 from shoal.logs.export import CdrError
 from support.pose import DOWN
 from tasks.vision.cameras.picture_transmission import encode_picture
-from tests.shoal.console.foxglove.viewer import Viewer
-from tests.shoal.console.page_of_nobody import served_page
-from tests.shoal.console.sent_pictures import (
+from tests.shoal.console.cameras.sent_pictures import (
     CAMERA,
     DETECTOR,
     OPTICS,
@@ -24,6 +22,8 @@ from tests.shoal.console.sent_pictures import (
     picture,
     state,
 )
+from tests.shoal.console.foxglove.viewer import Viewer
+from tests.shoal.console.page_of_nobody import served_page
 from world.optics import PinholeModel
 from world.rendering import optical_to_body_transform
 

@@ -1,0 +1,1 @@
+"""Charts, tiles, depth contours and detections on the map."""

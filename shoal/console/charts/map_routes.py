@@ -1,0 +1,85 @@
+"""Requests of the page for what its map shows beside vehicles: overlays of charts, and the limits of a vehicle."""
+
+import asyncio
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+
+import imc
+from imc.coordinates import area_corners
+from shoal.console.charts.chart_overlays import ChartOverlays
+from shoal.console.charts.detections import Detections
+from shoal.console.json_request import Answer, json_response
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError
+from support.terminal_text import printable
+
+PATIENCE = 3.0  # s for the limits of a vehicle
+LIMITS = {
+    "max_depth": imc.OpLimitsMask.MAX_DEPTH,
+    "min_altitude": imc.OpLimitsMask.MIN_ALT,
+    "max_altitude": imc.OpLimitsMask.MAX_ALT,
+    "max_speed": imc.OpLimitsMask.MAX_SPEED,
+}
+
+
+class MapRoutes:
+    """Answers to the page. `questions`: those to GET, by path. Nothing is asked of the vehicles of a log."""
+
+    def __init__(self, network: Network, overlays: ChartOverlays, *, plays_log: bool) -> None:
+        self._network, self._overlays, self._plays_log = network, overlays, plays_log
+        self._detections = Detections(network)
+        self._reading = asyncio.Lock()
+        self.questions: Mapping[str, Answer] = {
+            "/api/overlays": self._list_overlays,
+            "/api/overlay": self._overlay,
+            "/api/limits": self._limits,
+            "/api/detections": self._detections.answer,
+        }
+
+    def close(self) -> None:
+        """Listen to no vehicle any more."""
+        self._detections.close()
+
+    async def _list_overlays(self, _: Request) -> Response:
+        """Read them first: a vehicle must not wait for that as it starts."""
+        async with self._reading:
+            await asyncio.to_thread(self._overlays.read)
+        overlays = self._overlays
+        return json_response({"sizes": dict(overlays.sizes), "troubles": list(map(printable, overlays.troubles))})
+
+    async def _overlay(self, request: Request) -> Response:
+        text = self._overlays.text(request.query_params.get("name", ""))
+        if text is None:
+            return PlainTextResponse("no such overlay", 404)
+        return Response(text, media_type="application/json")
+
+    async def _limits(self, request: Request) -> Response:
+        """`area`: corners (degrees), and the limits that are set; `text` is the reason where unknown."""
+        system = self._network.systems.get(request.query_params.get("vehicle", ""))
+        if system is None or not system.is_vehicle:
+            return json_response({"ok": False, "text": "there is no such vehicle"})
+        limits = system.latest_message(imc.OperationalLimits)
+        if not self._plays_log:
+            try:
+                vehicle = AsyncRemoteVehicle(self._network, system)
+                limits = await vehicle.request(imc.GetOperationalLimits(), imc.OperationalLimits, timeout=PATIENCE)
+            except NetworkError as error:
+                return json_response({"ok": False, "text": printable(str(error))})
+        return json_response({"ok": True, **({} if limits is None else limits_view(limits))})
+
+
+def limits_view(limits: imc.OperationalLimits) -> dict[str, Any]:
+    """The limits that are set: `area`, its corners in degrees, and depths, altitudes (m) and the speed (m/s)."""
+    found: dict[str, Any] = {}
+    for name, mask in LIMITS.items():
+        value = getattr(limits, name)
+        if limits.mask & mask and math.isfinite(value):
+            found[name] = round(value, 1)
+    if limits.mask & imc.OpLimitsMask.AREA:
+        corners = [(math.degrees(lat), math.degrees(lon)) for lat, lon in area_corners(limits)]
+        if all(math.isfinite(lat) and math.isfinite(lon) for lat, lon in corners):
+            found["area"] = [[round(lat, 7), round(lon, 7)] for lat, lon in corners]
+    return found

@@ -1,0 +1,90 @@
+"""Map tiles from MBTiles and PMTiles files in a folder."""
+
+import mmap
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from shoal.console.charts.chart_overlays import ChartOverlays
+
+ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
+MOST_TILE = 4 << 20  # bytes
+DEEPEST = 24  # zoom level
+KINDS = {
+    b"\x89PNG\r\n\x1a\n": "image/png",
+    b"\xff\xd8\xff": "image/jpeg",
+    b"RIFF": "image/webp",
+}
+"""Media types by the first bytes: pictures only, since the page draws no vector tiles."""
+
+
+class TileSets:
+    """The tile files of a folder, by their names without suffix, and its overlays, which are read later.
+
+    zooms: the least and the largest zoom level of each. troubles: a sentence for each file that cannot be read.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self.overlays: ChartOverlays = ChartOverlays(folder)
+        self.troubles: list[str] = []
+        self.zooms: dict[str, tuple[int, int]] = {}
+        self._sets: dict[str, ReadTile] = {}
+        for path in sorted(folder.iterdir()) if folder is not None else ():
+            if path.suffix not in (".mbtiles", ".pmtiles"):
+                continue
+            try:
+                opened = _open_mbtiles(path) if path.suffix == ".mbtiles" else _open_pmtiles(path)
+                self._sets[path.stem], self.zooms[path.stem] = opened
+            except Exception as error:  # PMTiles' reader raises whatever a wrong byte leads to
+                self.troubles.append(f"{path}: {error or type(error).__name__}")
+
+    def tile(self, name: str, zoom: int, column: int, row: int) -> tuple[bytes, str] | None:
+        """A tile and its media type, rows from the north; None if there is none, or it is no picture."""
+        read = self._sets.get(name)
+        if read is None or not (0 <= zoom <= DEEPEST and 0 <= column < 1 << zoom and 0 <= row < 1 << zoom):
+            return None
+        try:
+            data = read(zoom, column, row)
+        except Exception as error:  # as above
+            trouble = f"{name}: {type(error).__name__}: {error}"
+            if trouble not in self.troubles and len(self.troubles) < 100:
+                self.troubles.append(trouble)
+            return None
+        kind = next((kind for start, kind in KINDS.items() if data and data.startswith(start)), None)
+        return None if not data or kind is None or len(data) > MOST_TILE else (data, kind)
+
+
+def _open_mbtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
+    database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True, check_same_thread=False)
+    least, largest = database.execute("SELECT min(zoom_level), max(zoom_level) FROM tiles").fetchone()
+    if least is None:
+        raise ValueError("no tiles")
+
+    def read(zoom: int, column: int, row: int) -> bytes | None:
+        place = zoom, column, (1 << zoom) - 1 - row  # MBTiles counts rows from the south
+        found: Any = database.execute(
+            "SELECT tile_data FROM tiles WHERE zoom_level = ? AND tile_column = ? AND tile_row = ?", place
+        ).fetchone()
+        return found[0] if found is not None and isinstance(found[0], bytes) else None
+
+    return read, (int(least), int(largest))
+
+
+def _open_pmtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
+    from pmtiles.reader import Reader  # only where a file needs it
+
+    with path.open("rb") as file:
+        data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+
+    def read_bytes(offset: int, length: int) -> bytes:
+        return data[offset : offset + length]
+
+    reader: Any = Reader(read_bytes)
+    header = reader.header()
+
+    def read(zoom: int, column: int, row: int) -> bytes | None:
+        found: bytes | None = reader.get(zoom, column, row)
+        return found
+
+    return read, (int(header["min_zoom"]), int(header["max_zoom"]))

@@ -1,0 +1,1 @@
+"""Connections of browsers, their number and their time limits."""

@@ -1,0 +1,1 @@
+"""Advice, checks before a dive, and rates of messages."""

@@ -1,0 +1,65 @@
+"""Requests of the page for the checks before a dive, which ask the vehicle for its check of a plan."""
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+import imc
+from shoal.console.health.dive_checks import KINDS, DiveChecks, PlanChoice
+from shoal.console.json_request import Answer, json_response
+from shoal.network import AsyncRemoteVehicle, Network, NetworkError, NetworkSystem
+from support.terminal_text import printable
+
+PATIENCE = 1.5  # s for the first messages of a kind
+LOOK = 0.1  # s
+
+
+class DiveCheckRoutes:
+    """Answers about the vehicles of a network. questions: those to GET, by path.
+
+    `now` is the time that is shown (s since 1970 UTC); `is_live` is whether the vehicles are there now, and not in a
+    log.
+    """
+
+    def __init__(self, network: Network, now: Callable[[], float] = time.time, *, is_live: bool = True) -> None:
+        self._network, self._now, self._is_live = network, now, is_live
+        self.questions: Mapping[str, Answer] = {"/api/checks": self._answer}
+
+    async def _answer(self, request: Request) -> Response:
+        system = self._network.systems.get(request.query_params.get("vehicle", ""))
+        if system is None or not system.is_vehicle:
+            return json_response({"ok": False, "text": "there is no such vehicle"})
+        plan = PlanChoice()
+        if self._is_live and system.id is not None and system.is_there:
+            await self._receive(system)
+            plan = await self._choose(AsyncRemoteVehicle(self._network, system), request.query_params.get("plan", ""))
+        checks = DiveChecks(system, plan, is_live=self._is_live).rows()
+        rows = [asdict(check) for check in checks]
+        return json_response({"ok": True, "checks": rows, "plans": plan.stored or [], "time": round(self._now(), 1)})
+
+    async def _receive(self, system: NetworkSystem) -> None:
+        """Wait a moment for what the vehicle has not been asked for before."""
+        self._network.subscribe(system, KINDS)
+        wanted = [kind for kind in KINDS if kind is not imc.Calibration]
+        if system.latest_message(imc.OperationalLimits) is None:
+            self._network.send(system, imc.GetOperationalLimits())
+        deadline = time.monotonic() + PATIENCE
+        while any(system.latest_message(kind) is None for kind in wanted) and time.monotonic() < deadline:
+            await asyncio.sleep(LOOK)
+
+    async def _choose(self, vehicle: AsyncRemoteVehicle, name: str) -> PlanChoice:
+        """The plan of a name, as the vehicle judges it, or only the names of those that are stored."""
+        try:
+            stored = [plan.name for plan in await vehicle.plan.list()]
+        except NetworkError as error:
+            return PlanChoice(name, trouble=printable(str(error)))
+        if not name:
+            return PlanChoice(stored=stored)
+        try:
+            return PlanChoice(name, await vehicle.plan.estimate(name), stored=stored)
+        except NetworkError as error:
+            return PlanChoice(name, trouble=printable(str(error)), stored=stored)

@@ -1,0 +1,1 @@
+"""Logs on the page: listed, played, resumed."""

@@ -1,0 +1,1 @@
+"""Panels that a user describes in a file."""

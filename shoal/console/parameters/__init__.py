@@ -1,0 +1,1 @@
+"""Parameters of a vehicle, where they come from, and undo."""

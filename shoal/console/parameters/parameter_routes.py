@@ -1,0 +1,106 @@
+"""Requests of the page about parameters: values, descriptions, what the profile sets, and orders to change them."""
+
+import asyncio
+import math
+from collections.abc import Callable, Mapping
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from shoal.console.json_request import json_response
+from shoal.console.parameters.parameter_changes import ParameterChanges
+from shoal.console.parameters.profile_settings import ParameterSetting, ProfileSettings
+from shoal.console.vehicle_orders import carry_out
+from shoal.network import AsyncRemoteVehicle, NetworkError, ParameterDescription, describe_parameters
+from support.terminal_text import printable
+
+Finder = Callable[[object], AsyncRemoteVehicle]
+FROM_HERE = "types, ranges and defaults are those of Shoal's task of this name: the vehicle gives none"
+VALUES_ONLY = "this vehicle gives values only: no units, ranges and defaults"
+
+
+class ParameterRoutes:
+    """Answers about the parameters of vehicles, and orders that change them.
+
+    `vehicle(name)` is the vehicle of a name; it raises NetworkError if there is none. `settings` are those of the
+    profile, where the vehicle runs in this process.
+    """
+
+    def __init__(self, vehicle: Finder, settings: ProfileSettings | None = None) -> None:
+        self._vehicle, self._settings = vehicle, settings
+        self._changes = ParameterChanges()
+
+    async def values(self, request: Request) -> Response:
+        """The entities of a vehicle, or the values of one of them."""
+        try:
+            vehicle = self._vehicle(request.query_params.get("vehicle"))
+            entity = request.query_params.get("entity")
+            if entity is None:
+                return json_response({"ok": True, "entities": sorted(await vehicle.param.entity_ids())})
+            return json_response({"ok": True, "values": await vehicle.param.get(entity)})
+        except NetworkError as error:
+            return _refusal(error)
+
+    async def details(self, request: Request) -> Response:
+        """All that is known of the parameters of an entity, and the latest changes of those of the vehicle."""
+        entity = request.query_params.get("entity", "")
+        try:
+            vehicle = self._vehicle(request.query_params.get("vehicle"))
+            found = (await describe_parameters(vehicle, [entity])).get(entity, {})
+        except NetworkError as error:
+            return _refusal(error)
+        settings = self._settings
+        here: Mapping[str, ParameterSetting] = {}
+        saved: Mapping[str, str] = {}
+        if settings is not None:
+            here, saved = settings.of_entity(entity), await asyncio.to_thread(settings.saved, entity)
+        rows = {name: _row(each, here, saved) for name, each in found.items()}
+        sources = {each.source for each in found.values()}
+        task = "" if settings is None else settings.section(entity)
+        note = f"[{task}]" if task else "" if "vehicle" in sources else FROM_HERE if "Shoal" in sources else VALUES_ONLY
+        changes = self._changes.view(vehicle.system.name)
+        return json_response({"ok": True, "values": rows, "note": note if rows else "", "changes": changes})
+
+    def complete(self, vehicle: str, words: Mapping[str, object]) -> Mapping[str, object]:
+        """The words of an order, with those of the change that it is to undo, for the log book."""
+        return {**words, **self._changes.words_of(vehicle, words.get("change"))}
+
+    async def carry_out(self, user: str, vehicle: AsyncRemoteVehicle, order: str, words: Mapping[str, object]) -> str:
+        """Carry out any order of a user, see `vehicle_orders.carry_out`; changes of parameters can be undone."""
+        if order == "undo":
+            return await self._changes.undo(user, vehicle, words.get("change"))
+        if order != "set":
+            return await carry_out(vehicle, order, words)
+        given = {name: value for name, value in words.items() if isinstance(value, str)}
+        entity, name, value = (given.get(word, "") for word in ("entity", "parameter", "value"))
+        return await self._changes.set(user, vehicle, entity, name, value)
+
+
+def _row(
+    described: ParameterDescription, settings: Mapping[str, ParameterSetting], saved: Mapping[str, str]
+) -> dict[str, object]:
+    """The page's data of a parameter; what is unknown is null."""
+    name, setting = described.name, settings.get(described.name)
+    return {
+        "value": described.value,
+        "type": described.type,
+        "unit": described.unit if described.unit != "1" else "",
+        "minimum": _finite(described.minimum),
+        "maximum": _finite(described.maximum),
+        "choices": described.choices,
+        "default": described.default if setting is None else setting.default,
+        "description": printable(described.description),
+        "editable": described.editable,
+        "file": None if setting is None else setting.text,
+        "where": None if setting is None else printable(setting.where),
+        "replaced": [] if setting is None else [printable(place) for place in setting.replaced],
+        "saved": saved.get(name),
+    }
+
+
+def _finite(number: float | None) -> float | None:
+    return number if number is not None and math.isfinite(number) else None
+
+
+def _refusal(error: Exception) -> Response:
+    return json_response({"ok": False, "text": printable(str(error))})

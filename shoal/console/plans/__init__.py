@@ -1,0 +1,1 @@
+"""Plans: files, simulated flights and forecasts."""
