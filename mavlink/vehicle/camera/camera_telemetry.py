@@ -57,7 +57,7 @@ def _markers(camera: CameraComponent, now: float) -> Sequence[Fields]:
 PICTURES: Sequence[tuple[str, float, str, Build]] = (
     ("CAMERA_SETTINGS", 0.0, "there are pictures only", _settings),
     ("STORAGE_INFORMATION", 0.0, "the disk of the logs", _storage),
-    ("CAMERA_CAPTURE_STATUS", 0.0, "what was asked for, `Save Images`", _capture_status),
+    ("CAMERA_CAPTURE_STATUS", 0.0, "captures in progress, `Save Images`", _capture_status),
     ("CAMERA_IMAGE_CAPTURED", 0.0, "Event `Picture`", _captured),
 )
 DETECTIONS: Sequence[tuple[str, float, str, Build]] = (

@@ -106,7 +106,7 @@ def test_sensors_agree_with_the_truth(swim):
     truth = {round(m.timestamp, 3): m for m in of(found, imc.SimulatedState)}
     last = of(found, imc.SimulatedState)[-1]
     assert last.z > 0.5
-    assert last.r > 0.01
+    assert last.r > 0.005
     assert last.svy == pytest.approx(0.2)
     for m in of(found, imc.Depth):
         assert m.value == pytest.approx(max(0.0, truth[round(m.timestamp, 3)].z), abs=0.3)
