@@ -23,6 +23,12 @@ LIMITS = {
     "max_altitude": imc.OpLimitsMask.MAX_ALT,
     "max_speed": imc.OpLimitsMask.MAX_SPEED,
 }
+LABELS = {
+    "max_depth": ("depth to", "m"),
+    "min_altitude": ("altitude from", "m"),
+    "max_altitude": ("altitude to", "m"),
+    "max_speed": ("speed to", "m/s"),
+}
 
 
 class MapRoutes:
@@ -68,7 +74,15 @@ class MapRoutes:
                 limits = await vehicle.request(imc.GetOperationalLimits(), imc.OperationalLimits, timeout=PATIENCE)
             except NetworkError as error:
                 return json_response({"ok": False, "text": printable(str(error))})
-        return json_response({"ok": True, **({} if limits is None else limits_view(limits))})
+        found = {} if limits is None else limits_view(limits)
+        return json_response({"ok": True, **found, "text": limits_text(found)})
+
+
+def limits_text(limits: Mapping[str, Any]) -> str:
+    """A line with limits as `limits_view` gives them; empty without any."""
+    words = ["operating area dashed"] if "area" in limits else []
+    words += [f"{label} {limits[name]:g} {unit}" for name, (label, unit) in LABELS.items() if name in limits]
+    return f"Limits: {', '.join(words)}" if words else ""
 
 
 def limits_view(limits: imc.OperationalLimits) -> dict[str, Any]:

@@ -39,7 +39,10 @@ class DiveCheckRoutes:
             plan = await self._choose(AsyncRemoteVehicle(self._network, system), request.query_params.get("plan", ""))
         checks = DiveChecks(system, plan, is_live=self._is_live).rows()
         rows = [asdict(check) for check in checks]
-        return json_response({"ok": True, "checks": rows, "plans": plan.stored or [], "time": round(self._now(), 1)})
+        bad, doubtful = (sum(check.color == color for check in checks) for color in ("red", "yellow"))
+        text = f"NOT READY: {bad} not ready, {doubtful} to look at" if bad or doubtful else "READY"
+        text += f" ({time.strftime('%H:%M:%S', time.gmtime(self._now()))} UTC)"
+        return json_response({"ok": True, "checks": rows, "plans": plan.stored or [], "text": text})
 
     async def _receive(self, system: NetworkSystem) -> None:
         """Wait a moment for what the vehicle has not been asked for before."""

@@ -1,24 +1,20 @@
 // The log books of all vehicles, the newest entry first.
-import { clock, element, make } from "./page.js";
+import { cell, clock, fill, matches, page, row, store } from "./page.js";
 
 const KINDS = { warning: "warn", error: "bad", critical: "bad" };
+const MOST = 300; // entries
 
-export function makeLog(store) {
-  let dirty = true;
-  const filter = element("log-filter");
-  filter.oninput = () => { dirty = true; draw({ log: [] }); };
-  const draw = (frame) => {
-    dirty ||= frame.all || frame.log.length > 0;
-    if (!dirty || element("log-view").hidden) return;
-    dirty = false;
-    const words = filter.value.toLowerCase();
-    const lines = store.log.filter((entry) => entry.join(" ").toLowerCase().includes(words)).slice(-300).reverse();
-    element("entries").replaceChildren(...lines.map(([time, vehicle, kind, context, text]) => {
-      const row = make("tr");
-      row.append(make("td", clock(time)), make("td", vehicle), make("td", context),
-        make("td", text, { className: KINDS[kind] ?? "" }));
-      return row;
-    }));
-  };
-  return { draw, open: () => { dirty = true; draw({ log: [] }); } };
+const filter = page.logFilter, view = page.logView;
+let dirty = true;
+function show() {
+  const found = store.log.filter((entry) => matches(filter, ...entry)).slice(-MOST).reverse();
+  fill(page.entries, found.map(([time, vehicle, kind, context, text]) =>
+    row(clock(time), vehicle, context, cell(text, KINDS[kind]))));
+  dirty = false;
 }
+function draw(frame) {
+  dirty ||= frame.all || frame.log.length > 0;
+  if (dirty && !view.hidden) show();
+}
+filter.oninput = show;
+export { draw, show as open };

@@ -1,63 +1,40 @@
-// Logs in, receives frames, keeps the latest state of each vehicle, and redraws the views.
-import { byName, element, say } from "./page.js";
-import { makeAccount } from "./account.js";
-import { makeAlarms } from "./alarms.js";
-import { makeChecks } from "./checks.js";
-import { makeMap } from "./map.js";
-import { makeHealth } from "./health.js";
-import { makePlans } from "./plans.js";
-import { makePlots } from "./plots.js";
-import { makeLog } from "./log.js";
-import { makeLogs } from "./logs.js";
-import { makePanels } from "./panels.js";
-import { makeRates } from "./rates.js";
-import { makeParameters } from "./parameters.js";
-import { makeOrders } from "./orders.js";
-import { makeFlight } from "./flight.js";
-import { makeCameras } from "./cameras.js";
-import { makeForecast } from "./forecast.js";
-import { makeMapExtras } from "./map_extras.js";
-import { makeReplay } from "./replay.js";
-import { makeSteer } from "./steer.js";
+// Logs in, receives frames, and draws the views.
+import { ageOf, byName, fill, page, say, STALE, store, write } from "./page.js";
+import * as account from "./account.js";
+import * as alarms from "./alarms.js";
+import * as map from "./map.js";
+import { sendFields } from "./plots.js";
 import { extendTrack, tracksOf } from "./tracks.js";
 
-const STALE = 3; // s without data
-// Exported for tests. `byUser`: whether the operator, not this page, has chosen the vehicle.
-export const store = {
-  vehicles: byName(), tracks: byName(), log: [], values: byName(), leases: byName(), now: 0, chosen: "", byUser: false, socket: null,
-};
+const SILENT = 10; // s without data, until the page connects anew: a dead connection may have no end
+export { store }; // for tests
+// Modules of index.html. Each may have `draw` for a frame, `choose` after a choice, `open` when it comes into view.
+const views = {};
+for (const { href, dataset } of document.querySelectorAll("link[data-module]")) views[dataset.module] = await import(href);
 const labels = byName(); // displayable names, also of vehicles that are no longer known
-store.vehicle = () => store.vehicles[store.chosen];
-const views = {
-  map: makeMap(store), health: makeHealth(store), plans: makePlans(store), plots: makePlots(store),
-  log: makeLog(store), parameters: makeParameters(store), account: makeAccount(store),
-  replay: makeReplay(store), flight: makeFlight(store), alarms: makeAlarms(store), checks: makeChecks(store),
-  logs: makeLogs(store), rates: makeRates(store), cameras: makeCameras(store), steer: makeSteer(store),
-  forecast: makeForecast(store), extras: makeMapExtras(store), panels: makePanels(store, (view) => show(view)),
-};
-const orders = makeOrders(store);
-let received = performance.now();
+const tabs = document.querySelectorAll("[role=tab]");
+let received = performance.now(), opened = received;
 let listed = ""; // the options of the list of vehicles
+let side = "health"; // the view beside the map
 
 function connect() {
-  const scheme = location.protocol === "https:" ? "wss" : "ws";
-  const socket = new WebSocket(`${scheme}://${location.host}/frames`);
+  const socket = new WebSocket(`${location.origin.replace("http", "ws")}/frames`);
   store.socket = socket;
-  socket.onopen = () => {
-    views.plots.sendFields();
-  };
+  opened = performance.now();
+  socket.onopen = sendFields;
   socket.onmessage = (event) => receive(event.data);
   socket.onclose = () => {
+    if (store.socket !== socket) return;
     store.socket = null;
     setTimeout(connectIfLoggedIn, 1000);
   };
 }
 
 async function connectIfLoggedIn() {
-  if (await views.account.recall()) connect(); else setTimeout(connectIfLoggedIn, 1000);
+  if (await account.recall()) connect(); else setTimeout(connectIfLoggedIn, 1000);
 }
 
-// Also for tests, which give it frames of their own. A frame that fails is none: the age of the data goes on.
+// A frame that fails is none: the age of the data goes on.
 export function receive(text) {
   try {
     take(JSON.parse(text));
@@ -79,89 +56,85 @@ function take(frame) {
   }
   for (const name of frame.gone) delete store.vehicles[name];
   store.log.push(...frame.log);
-  if (store.log.length > 1000) store.log.splice(0, store.log.length - 1000);
+  store.log.splice(0, store.log.length - 1000);
   store.values = byName(frame.values);
   store.leases = byName(frame.leases);
   chooseVehicle();
-  for (const view of Object.values(views)) view.draw(frame);
+  for (const view of Object.values(views)) view.draw?.(frame);
   summarize();
 }
 
 function chooseVehicle() {
   const names = Object.keys(store.vehicles).sort();
   for (const name of names) labels[name] = store.vehicles[name].system?.name ?? name;
-  // Orders must not go to another vehicle because one has dropped out: the choice of the operator stays.
+  // Orders must not go to another vehicle because one is lost: the operator's choice stays.
   if (!names.includes(store.chosen) && !store.byUser && names.length) {
     if (store.chosen) say(`${labels[store.chosen]} is gone: ${labels[names[0]]} is chosen now`, "warn");
     choose(names[0]);
   }
   const options = names.map((name) => [labels[name], name]);
   if (store.chosen && !names.includes(store.chosen)) options.unshift([`${labels[store.chosen]} (LOST)`, store.chosen]);
-  const select = element("vehicle");
   if (listed !== JSON.stringify(options)) { // an open list would close
     listed = JSON.stringify(options);
-    select.replaceChildren(...options.map(([label, name]) => new Option(label, name)));
+    fill(page.vehicle, options.map(([label, name]) => new Option(label, name)));
   }
-  select.value = store.chosen;
+  page.vehicle.value = store.chosen;
 }
 
 function choose(name) {
   store.chosen = name;
-  orders.disarm();
   for (const view of Object.values(views)) view.choose?.();
+  views[side].open?.();
 }
 
 function summarize() {
-  const vehicle = store.vehicle();
-  const summary = element("summary");
+  const vehicle = store.vehicle(), { chosen } = store;
   if (!vehicle) {
-    summary.textContent = store.chosen ? `${labels[store.chosen]}: LOST` : "no vehicle on the network";
-    summary.className = store.chosen ? "bad" : "";
+    write(page.summary, chosen ? `${labels[chosen]}: LOST` : "no vehicle on the network", chosen ? "bad" : "");
     return;
   }
-  const { system, state, plan } = vehicle;
-  const age = state.time === undefined ? null : store.now - state.time;
-  const parts = [plan.mode ?? "mode unknown"];
-  if (plan.name) parts.push(`${plan.name}${plan.progress === null ? "" : ` ${plan.progress.toFixed(0)} %`}`);
-  if (state.depth !== undefined && state.depth !== null) parts.push(`depth ${state.depth.toFixed(1)} m`);
-  if (state.speed !== undefined && state.speed !== null) parts.push(`${state.speed.toFixed(1)} m/s`);
-  if (system.battery !== null) parts.push(`battery ${system.battery.toFixed(0)} %`);
+  const { system, state, plan } = vehicle, age = ageOf(state), parts = [plan.mode ?? "mode unknown"];
+  const add = (name, value, digits, unit) => { if (Number.isFinite(value)) parts.push(`${name}${value.toFixed(digits)} ${unit}`); };
+  if (plan.name) parts.push(plan.name + (plan.progress === null ? "" : ` ${plan.progress.toFixed(0)} %`));
+  add("depth ", state.depth, 1, "m");
+  add("", state.speed, 1, "m/s");
+  add("battery ", system.battery, 0, "%");
   if (plan.motors) parts.push(`motors ${plan.motors}`);
   if (!system.there) parts.push("LOST");
-  else if (age !== null && age > STALE) parts.push(`position ${age.toFixed(0)} s old`);
+  else if (age > STALE) parts.push(`position ${age.toFixed(0)} s old`);
   if (system.conflict) parts.push(system.conflict);
-  summary.textContent = parts.join(" · ");
-  summary.className = !system.there || plan.mode === "error" ? "bad" : "";
+  write(page.summary, parts.join(" · "), !system.there || plan.mode === "error" ? "bad" : age > STALE ? "warn" : "");
 }
 
 function checkAge() {
   const silent = (performance.now() - received) / 1000;
   document.body.classList.toggle("stale", silent > STALE);
-  views.alarms.checkSilence(silent > STALE);
-  if (silent > STALE) element("summary").textContent = `no data for ${silent.toFixed(0)} s`;
+  alarms.checkSilence(silent > STALE);
+  if (silent > STALE) write(page.summary, `no data for ${silent.toFixed(0)} s`, "bad");
+  if (silent > SILENT && store.socket && performance.now() - opened > SILENT * 1000) {
+    const dead = store.socket;
+    store.socket = dead.onmessage = null;
+    dead.close();
+    connectIfLoggedIn();
+  }
 }
-
-for (const tab of document.querySelectorAll("[role=tab]")) tab.onclick = () => show(tab.dataset.view);
 
 function show(view) {
-  for (const tab of document.querySelectorAll("[role=tab]")) {
-    tab.setAttribute("aria-selected", String(tab.dataset.view === view));
-  }
+  for (const tab of tabs) tab.setAttribute("aria-selected", String(tab.dataset.view === view));
   document.body.classList.toggle("on-map", view === "map");
-  const side = view === "map" ? "health" : view;
-  for (const section of document.querySelectorAll("main > section:not([data-wide])")) {
-    section.hidden = section.id !== `${side}-view` || view === "map" && innerWidth <= 800;
-  }
+  side = view === "map" ? "health" : view;
+  for (const section of document.querySelectorAll("main > section:not([data-wide])")) section.hidden = section.id !== `${side}-view`;
   views[side].open?.();
-  views.map.resize();
+  map.resize();
 }
 
-element("vehicle").onchange = (event) => {
+for (const tab of tabs) tab.onclick = () => show(tab.dataset.view);
+page.vehicle.onchange = (event) => {
   store.byUser = true;
   choose(event.target.value);
   summarize();
 };
 setInterval(checkAge, 500);
 show("map");
-await views.account.byLink();
+await account.byLink();
 await connectIfLoggedIn();

@@ -1,67 +1,128 @@
 // Small tools of the page. Text from the network becomes text, never markup.
-const PATIENCE = 8000; // ms; a browser has six connections, which questions must not hold while an Abort waits
-export const element = (id) => document.getElementById(id);
+import { store } from "./store.js";
+export * from "./store.js";
 
-export function make(tag, text = "", properties = {}) {
+const PATIENCE = 8000; // ms; an Abort must not wait for one of the six connections of a browser
+const RETRY = 5000; // ms
+
+// The elements that have an id: `page.planText` is `plan-text`.
+export const page = new Proxy({}, {
+  get: (_, name) => document.getElementById(name.replace(/[A-Z]/g, (each) => `-${each.toLowerCase()}`)),
+});
+
+// `content` is a text or an element, or a list of them.
+export function make(tag, content = "", properties = {}) {
   const made = document.createElement(tag);
-  made.textContent = text;
+  made.append(...[content].flat());
   return Object.assign(made, properties);
 }
 
-// An object by names of the network, any of which may be `constructor` or `__proto__`: it inherits nothing.
-export const byName = (...from) => Object.assign(Object.create(null), ...from);
+export const button = (text, onclick, properties) => make("button", text, { onclick, ...properties });
+export const small = (text, className = "") => make("small", text, { className });
 
-export function say(text, kind = "") {
-  const result = element("result");
-  result.textContent = text;
-  result.className = kind;
+export const cell = (content, className = "") => make("td", content, { className });
+
+// A row of a table: its cells, or what is in them.
+export const row = (...cells) => make("tr", cells.map((each) => each.tagName === "TD" ? each : cell(each)));
+
+export const fill = (place, items = []) => place.replaceChildren(...items);
+export const fillOptions = (place, names) => fill(place, names.map((name) => new Option(name)));
+
+export const write = (place, text, kind = "") => Object.assign(place, { textContent: text, className: kind });
+
+export const say = (text, kind) => write(page.result, text, kind);
+export const writeAnswer = (place, answer) => write(place, answer.text, answer.ok ? "good" : "bad");
+
+// Shows a button as pressed or not, with a text for each.
+export function press(pressed, isPressed, on = pressed.textContent, off = on) {
+  pressed.setAttribute("aria-pressed", String(Boolean(isPressed)));
+  pressed.textContent = isPressed ? on : off;
 }
 
-async function read(response) {
-  const text = await response.text();
-  if (response.ok) return JSON.parse(text);
-  return { ok: false, text };
-}
+// Whether the words in a field of the page are in some texts.
+export const matches = ({ value }, ...texts) => texts.join(" ").toLowerCase().includes(value.toLowerCase());
 
-export async function post(path, body) {
+async function request(path, options, patience) {
   try {
-    const headers = { "Content-Type": "application/json" };
-    return await read(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }));
-  } catch (error) {
-    return { ok: false, text: `no answer of the console: ${error.message}` };
-  }
-}
-
-export async function ask(path, words = {}, patience = PATIENCE) {
-  try {
-    return await read(await fetch(`${path}?${new URLSearchParams(words)}`, { signal: AbortSignal.timeout(patience) }));
+    const response = await fetch(path, options);
+    const text = await response.text();
+    return response.ok ? JSON.parse(text) : { ok: false, text };
   } catch (error) {
     const reason = error.name === "TimeoutError" ? `none within ${patience / 1000} s` : error.message;
     return { ok: false, text: `no answer of the console: ${reason}` };
   }
 }
 
-// An abort after which motors turn is obeyed, but not yet what the operator wants to see.
-export function kindOf(answer) {
-  if (!answer.ok) return "bad";
-  return answer.text.startsWith("aborted") ? "warn" : "good";
+export const post = (path, body = {}) =>
+  request(`/api/${path}`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+
+export const ask = (path, words = {}, patience = PATIENCE) =>
+  request(`/api/${path}?${new URLSearchParams(words)}`, { signal: AbortSignal.timeout(patience) }, patience);
+
+// Whether an answer is none, or an error, which is shown.
+export function failed(answer) {
+  if (answer?.ok === false) say(answer.text, "bad");
+  return !answer || answer.ok === false;
 }
 
+export function isChosen(vehicle = store.chosen) {
+  if (!vehicle) say("no vehicle is chosen", "warn");
+  return Boolean(vehicle);
+}
+
+// Only the latest of several questions gets its answer, the others null; all of them after a call without one.
+export function makeLatest() {
+  let latest = 0;
+  return async (question = null) => {
+    const mine = ++latest, answer = await question;
+    return mine === latest ? answer : null;
+  };
+}
+
+// Acts again and again, with `pause()` ms in between, also if the act fails.
+export async function repeat(act, pause) {
+  try {
+    await act();
+  } catch (error) {
+    console.warn(error);
+  }
+  setTimeout(repeat, pause(), act, pause);
+}
+
+// A function that acts when it is called, after a pause again, until the act has succeeded.
+export function untilDone(act) {
+  let next = 0;
+  return async () => {
+    if (performance.now() < next) return;
+    next = Infinity;
+    if (!await act()) next = performance.now() + RETRY;
+  };
+}
+
+// An abort after which motors turn is obeyed, but not at its end.
+export const kindOf = ({ ok, text }) => !ok ? "bad" : text.startsWith("aborted") ? "warn" : "good";
 export const told = (vehicle, answer) => `${vehicle}: ${answer.ok ? "" : "NOT OBEYED: "}${answer.text}`;
 
 export async function order(vehicle, name, words = {}) {
-  if (!vehicle) {
-    say("no vehicle is chosen", "warn");
-    return { ok: false, text: "no vehicle is chosen" };
-  }
+  if (!isChosen(vehicle)) return;
   say(`${name}: sent to ${vehicle}`);
-  const answer = await post("/api/order", { vehicle, order: name, ...words });
+  const answer = await post("order", { vehicle, order: name, ...words });
   say(told(vehicle, answer), kindOf(answer));
-  return answer;
 }
 
-// A vehicle sends any number as time; one that is no date must not end the page.
-export function clock(time) {
+// A vehicle may send any number as time, also one that is no date.
+export function utc(time) {
   const date = new Date(Number.isFinite(time) ? time * 1000 : NaN);
-  return Number.isNaN(date.getTime()) ? "?" : date.toISOString().split("T")[1].slice(0, 8);
+  return Number.isNaN(date.getTime()) ? "" : date.toISOString();
+}
+export const clock = (time) => utc(time).split("T")[1]?.slice(0, 8) ?? "?";
+
+export const duration = (seconds) => `${String(Math.floor(seconds / 3600)).padStart(2, "0")}${clock(seconds).slice(2)}`;
+
+export const color = (name) => getComputedStyle(document.body).getPropertyValue(`--${name}`);
+
+export function download(name, content) {
+  const href = URL.createObjectURL(content instanceof Blob ? content : new Blob([content]));
+  make("a", "", { href, download: name }).click();
+  URL.revokeObjectURL(href);
 }

@@ -1,117 +1,110 @@
-// The plans of a vehicle: listed, drawn on the map, started and stopped; new ones drawn or written.
-import { ask, element, make, order, post, say } from "./page.js";
-import { makePlanShapes } from "./plan_shapes.js";
+// The plans of a vehicle: listed, shown, started and stopped; new ones drawn or written.
+import { ask, button, clock, download, failed, fill, isChosen, make, makeLatest, order, page, post, press, say, store,
+  write } from "./page.js";
+import { showPath } from "./map.js";
+import { isEmpty, readText } from "./plan_shapes.js";
 
-export function makePlans(store) {
-  let owner = ""; // the vehicle whose plans are listed
-  let latest = 0; // number of the latest list that was asked for: those before it come too late
-  let running = null; // the plan whose path has been asked for
-  let stored = null; // what the vehicle has reported last about its plans
-  const shapes = makePlanShapes(store);
-  store.drawing = false;
+let owner = ""; // the vehicle whose plans are listed
+let running = null; // the plan whose path has been asked for
+let stored = null; // what the vehicle has reported last about its plans
+const latest = makeLatest(), text = page.planText;
 
-  const refresh = async () => {
-    const vehicle = store.chosen;
-    if (!vehicle) { say("no vehicle is chosen", "warn"); return; }
-    const mine = ++latest;
-    const answer = await ask("/api/plans", { vehicle });
-    if (mine !== latest) return;
-    if (!answer.ok) { say(answer.text, "bad"); return; }
-    owner = vehicle;
-    element("plans").replaceChildren(...answer.plans.map((plan) => line(vehicle, plan)));
-  };
-
-  const line = (vehicle, plan) => {
-    const item = make("li");
-    const show = make("button", "Show"), start = make("button", "Start"), remove = make("button", "Delete");
-    show.onclick = async () => {
-      const answer = await ask("/api/plans", { vehicle, plan: plan.name });
-      if (vehicle !== store.chosen) return; // the map shows the plan of the chosen vehicle only
-      if (answer.ok) store.showPath(answer.path); else say(answer.text, "bad");
-    };
-    start.onclick = async () => { await order(vehicle, "start", { plan: plan.name }); await show.onclick(); };
-    remove.onclick = async () => {
-      await order(vehicle, "delete", { plan: plan.name });
-      if (vehicle === store.chosen) await refresh();
-    };
-    const edit = make("button", "Edit");
-    edit.onclick = async () => {
-      const answer = await ask("/api/plan-text", { vehicle, plan: plan.name });
-      if (answer.ok) element("plan-text").value = answer.text; else say(answer.text, "bad");
-    };
-    item.append(make("span", plan.name), show, start, remove, edit);
-    return item;
-  };
-
-  // Whoever has started it: the map keeps its place.
-  const showRunning = async (vehicle, plan) => {
-    if (store.replay) return;
-    const answer = await ask("/api/plans", { vehicle, plan });
-    if (answer.ok && vehicle === store.chosen && plan === running) store.showPath(answer.path, false);
-  };
-
-  const draw = () => {
-    const plan = store.vehicle()?.plan;
-    if (!plan) return;
-    // Somebody has changed a plan, here or in another program.
-    if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
-    if (plan.name !== running) { running = plan.name; if (running) showRunning(store.chosen, running); }
-    const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta)}` : "";
-    element("progress").textContent = plan.name
-      ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
-      : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`;
-  };
-
-  const put = async (text) => {
-    const vehicle = store.chosen;
-    await order(vehicle, "put", { text });
-    if (vehicle && vehicle === store.chosen) await refresh();
-  };
-
-  element("draw-toggle").onclick = (event) => {
-    store.drawing = !store.drawing;
-    event.target.setAttribute("aria-pressed", String(store.drawing));
-    event.target.textContent = store.drawing ? "Drawing" : "Draw";
-  };
-  element("draw-undo").onclick = shapes.undo;
-  element("draw-text").onclick = () => { element("plan-text").value = shapes.yaml(); };
-  element("draw-put").onclick = async () => {
-    if (shapes.isEmpty()) { say("press on the map to add points first", "warn"); return; }
-    element("plan-text").value = shapes.yaml();
-    await put(shapes.yaml());
-  };
-  element("plan-put").onclick = () => put(element("plan-text").value);
-  element("plan-file").onchange = async ({ target }) => {
-    const [file] = target.files;
-    target.value = "";
-    if (!file) return;
-    const answer = await post("/api/plan-import", { vehicle: store.chosen, name: file.name, text: await file.text() });
-    if (!answer.ok) { say(answer.text, "bad"); return; }
-    element("plan-text").value = answer.text;
-    say([`${file.name} is read: see As text`, ...answer.remarks].join("; "), answer.remarks.length ? "warn" : "good");
-    store.showPath(answer.path);
-  };
-  element("plan-save").onclick = async () => {
-    const suffix = element("plan-suffix").value;
-    const answer = await post("/api/plan-export", { vehicle: store.chosen, suffix, text: element("plan-text").value });
-    if (!answer.ok) { say(answer.text, "bad"); return; }
-    const link = make("a", "", { href: URL.createObjectURL(new Blob([answer.text])), download: answer.name });
-    link.click();
-    URL.revokeObjectURL(link.href);
-    say([`${answer.name} is saved`, ...answer.remarks].join("; "), answer.remarks.length ? "warn" : "good");
-  };
-  element("plans-refresh").onclick = refresh;
-  for (const name of ["stop", "pause", "resume"]) element(`plan-${name}`).onclick = () => order(store.chosen, name);
-  const forget = () => {
-    latest += 1;
-    owner = "";
-    stored = running = null;
-    element("plans").replaceChildren();
-    element("progress").textContent = "";
-    store.showPath?.([]);
-  };
-  const open = () => { if (store.chosen && owner !== store.chosen) refresh(); };
-  return { draw, open, choose: forget };
+async function refresh() {
+  const vehicle = store.chosen;
+  if (!isChosen(vehicle)) return;
+  const answer = await latest(ask("plans", { vehicle }));
+  if (failed(answer)) return;
+  owner = vehicle;
+  fill(page.plans, answer.plans.map((plan) => line(vehicle, plan.name)));
 }
 
-const clock = (seconds) => new Date(seconds * 1000).toTimeString().slice(0, 5);
+// The answer about a plan; null if it fails, or another vehicle is chosen meanwhile.
+async function askPlan(path, vehicle, plan) {
+  const answer = await ask(path, { vehicle, plan });
+  return vehicle !== store.chosen || failed(answer) ? null : answer;
+}
+
+function line(vehicle, plan) {
+  async function show() {
+    const answer = await askPlan("plans", vehicle, plan);
+    if (answer) showPath(answer.path);
+  }
+  const act = (name, after) => async () => { await order(vehicle, name, { plan }); if (vehicle === store.chosen) await after(); };
+  async function edit() {
+    const answer = await askPlan("plan-text", vehicle, plan);
+    if (answer) text.value = answer.text;
+  }
+  return make("li", [make("span", plan), button("Show", show), button("Start", act("start", show)),
+    button("Delete", act("delete", refresh)), button("Edit", edit)]);
+}
+
+// Whoever has started it: the map keeps its place.
+async function showRunning(vehicle, plan) {
+  if (store.replay) return;
+  const answer = await ask("plans", { vehicle, plan });
+  if (answer.ok && vehicle === store.chosen && plan === running) showPath(answer.path, false);
+}
+
+function draw() {
+  const plan = store.vehicle()?.plan;
+  if (!plan) return;
+  // Somebody has changed a plan, here or in another program.
+  if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
+  if (plan.name !== running) { running = plan.name; if (running) showRunning(store.chosen, running); }
+  const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta).slice(0, 5)} UTC` : "";
+  write(page.progress, plan.name ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
+    : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`);
+}
+
+async function put(vehicle) {
+  await order(vehicle, "put", { text: text.value });
+  if (vehicle && vehicle === store.chosen) await refresh();
+}
+
+const sayDone = (words, remarks) => say([words, ...remarks].join("; "), remarks.length ? "warn" : "good");
+
+page.drawToggle.onclick = ({ target }) => {
+  store.drawing = !store.drawing;
+  press(target, store.drawing, "Drawing", "Draw");
+};
+// Whether what is drawn is a plan, which is shown as text.
+async function showDrawn() {
+  const drawn = await readText();
+  if (drawn) text.value = drawn;
+  return drawn;
+}
+page.drawText.onclick = showDrawn;
+page.drawPut.onclick = async () => {
+  const vehicle = store.chosen;
+  if (isEmpty()) say("press on the map to add points first", "warn");
+  else if (await showDrawn()) await put(vehicle);
+};
+page.planPut.onclick = () => put(store.chosen);
+page.planFile.onchange = async ({ target }) => {
+  const [file] = target.files, vehicle = store.chosen;
+  target.value = "";
+  if (!file) return;
+  const answer = await post("plan-import", { vehicle, name: file.name, text: await file.text() });
+  if (failed(answer)) return;
+  text.value = answer.text;
+  sayDone(`${file.name} is read: see As text`, answer.remarks);
+  showPath(answer.path);
+};
+page.planSave.onclick = async () => {
+  const answer = await post("plan-export", { vehicle: store.chosen, suffix: page.planSuffix.value, text: text.value });
+  if (failed(answer)) return;
+  download(answer.name, answer.text);
+  sayDone(`${answer.name} is saved`, answer.remarks);
+};
+page.plansRefresh.onclick = refresh;
+for (const name of ["Stop", "Pause", "Resume"]) page[`plan${name}`].onclick = () => order(store.chosen, name.toLowerCase());
+function forget() {
+  latest();
+  owner = "";
+  stored = running = null;
+  fill(page.plans);
+  write(page.progress, "");
+  showPath([]);
+}
+const open = () => { if (store.chosen && owner !== store.chosen) refresh(); };
+export { draw, open, forget as choose };

@@ -1,47 +1,36 @@
-// Rates of all messages of a vehicle, which it counts while this table is open.
-import { ask, element, make } from "./page.js";
+// Rates of all messages, counted while this table is open.
+import { ask, fill, makeLatest, matches, page, repeat, row, store, write } from "./page.js";
 
 const PERIOD = 2000; // ms
 const WHOLE = 120000; // ms to count a whole log
 
-export function makeRates(store) {
-  const box = element("rates-box"), note = element("rates-note");
-  let rows = [];
-  let timer = 0;
-  let wasOpen = false;
-  let latest = 0; // number of the latest question: answers to those before it come too late
+const box = page.ratesBox, filter = page.ratesFilter, latest = makeLatest();
+let rows = [];
+let counted = ""; // the vehicle whose whole log is counted
 
-  const isOpen = () => box.open && !element("plots-view").hidden;
+const drawRows = () => fill(page.rates, rows.filter(([message, entity]) => matches(filter, message, entity))
+  .map((values) => row(...values.map((value) => value ?? "?"))));
 
-  const drawRows = () => {
-    const words = element("rates-filter").value.toLowerCase();
-    const shown = rows.filter(([message, entity]) => `${message} ${entity}`.toLowerCase().includes(words));
-    element("rates").replaceChildren(...shown.map((row) => {
-      const line = make("tr");
-      line.append(...row.map((value) => make("td", value === null ? "?" : String(value))));
-      return line;
-    }));
-  };
+async function read() {
+  const vehicle = store.chosen;
+  if (!box.open || page.plotsView.hidden || document.hidden || !vehicle || counted === vehicle) return;
+  const answer = await latest(ask("rates", { vehicle }, WHOLE));
+  if (!answer) return;
+  counted = store.replay && answer.ok ? vehicle : "";
+  rows = answer.rows ?? [];
+  write(page.ratesNote, !answer.ok ? answer.text
+    : answer.seconds ? `${rows.length} kinds, counted over ${answer.seconds} s` : "counting");
+  drawRows();
+}
 
-  const read = async () => {
-    clearTimeout(timer);
-    const vehicle = store.chosen, mine = ++latest;
-    if (!isOpen() || !vehicle) return;
-    const answer = await ask("/api/rates", { vehicle }, WHOLE);
-    if (mine !== latest) return;
-    rows = answer.rows ?? [];
-    note.textContent = !answer.ok ? answer.text
-      : answer.seconds ? `${rows.length} kinds, counted over ${answer.seconds} s` : "counting";
-    drawRows();
-    if (!store.replay || !answer.ok) timer = setTimeout(read, PERIOD);
-  };
-
-  const draw = () => {
-    if (wasOpen === isOpen()) return;
-    wasOpen = isOpen();
-    read();
-  };
-  element("rates-filter").oninput = drawRows;
-  const forget = () => { rows = []; drawRows(); read(); };
-  return { draw, choose: forget };
+filter.oninput = drawRows;
+box.ontoggle = read;
+repeat(read, () => PERIOD);
+export function choose() {
+  latest();
+  rows = [];
+  counted = "";
+  write(page.ratesNote, "");
+  drawRows();
+  read();
 }

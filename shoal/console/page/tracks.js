@@ -1,9 +1,9 @@
-// Where vehicles have been: { points: [[lat, lon, depth]], dropped, time } by name; the oldest points are dropped.
-import { byName } from "./page.js";
+// Where vehicles have been: { points: [[lat, lon, depth]], dropped, time } by name.
+import { byName, placeOf } from "./page.js";
 
 const PERIOD = 1; // s between points
 const MOST = 18000; // points
-const PART = 1800; // points that are dropped at once: a map that has drawn them draws anew, which must be rare
+const PART = 1800; // points that are dropped at once, rarely: the map draws all anew
 
 // The tracks that the console has kept.
 export function tracksOf(given) {
@@ -13,10 +13,10 @@ export function tracksOf(given) {
 }
 
 export function extendTrack(tracks, name, state, now) {
-  if (!Number.isFinite(state?.lat) || !Number.isFinite(state.lon)) return;
+  if (!placeOf(state)) return;
   const track = tracks[name] ??= { points: [], dropped: 0, time: 0 };
   if (Math.abs(now - track.time) < PERIOD) return; // not only later: a clock may be set back
-  // As coarse as the tracks of the console: the last digits change also of a vehicle that does not move.
+  // Coarse: the last digits change also of a vehicle that does not move.
   const point = [rounded(state.lat, 6), rounded(state.lon, 6), rounded(state.depth, 1)];
   if (track.points.at(-1)?.every((number, at) => number === point[at])) return;
   track.time = now;

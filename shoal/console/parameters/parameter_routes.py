@@ -81,25 +81,56 @@ def _row(
 ) -> dict[str, object]:
     """The page's data of a parameter; what is unknown is null."""
     name, setting = described.name, settings.get(described.name)
+    default = described.default if setting is None else setting.default
+    differs = setting is not None and not is_same_value(setting.text, described.value or "")
     return {
         "value": described.value,
-        "type": described.type,
         "unit": described.unit if described.unit != "1" else "",
-        "minimum": _finite(described.minimum),
-        "maximum": _finite(described.maximum),
-        "choices": described.choices,
-        "default": described.default if setting is None else setting.default,
-        "description": printable(described.description),
+        "default": default,
+        "notes": _notes(described, default),
         "editable": described.editable,
         "file": None if setting is None else setting.text,
+        "differs": differs,
         "where": None if setting is None else printable(setting.where),
-        "replaced": [] if setting is None else [printable(place) for place in setting.replaced],
-        "saved": saved.get(name),
+        "origin": [] if setting is None else _origin(setting, saved.get(name), differs=differs),
     }
 
 
-def _finite(number: float | None) -> float | None:
-    return number if number is not None and math.isfinite(number) else None
+def _notes(described: ParameterDescription, default: str | None) -> list[str]:
+    """The description of a parameter, and a line with its type, range, choices and default, as far as they are known."""
+    parts = [described.type or ""]
+    bounds = (("at least", described.minimum), ("at most", described.maximum))
+    parts.append(
+        ", ".join(f"{words} {bound:.10g}" for words, bound in bounds if bound is not None and math.isfinite(bound))
+    )
+    parts.append(f"one of {', '.join(described.choices)}" if described.choices else "")
+    parts.append("" if default is None else f"default {default or '(empty)'}")
+    lines = [described.description, "; ".join(filter(None, parts))]
+    return [printable(line) for line in lines if line]
+
+
+def _origin(setting: ParameterSetting, saved: str | None, *, differs: bool) -> list[tuple[str, str]]:
+    """Lines on where the value of a parameter at the start comes from, each with its kind: "warn" or ""."""
+    lines = [(f"differs: {setting.text or '(empty)'} in the file", "warn") if differs else ("as in the file", "")]
+    lines.append((setting.where, ""))
+    if setting.replaced:
+        lines.append((f"instead of {', '.join(setting.replaced)}", ""))
+    if saved is not None:
+        lines.append((f"saved for the next start: {saved}", ""))
+    return [(printable(text), kind) for text, kind in lines]
+
+
+def is_same_value(text: str, other: str) -> bool:
+    """Whether two texts are the same value, such as `2, 3` and `2.0, 3.0`."""
+    words, others = ([word.strip() for word in each.split(",")] for each in (text, other))
+    return len(words) == len(others) and all(map(_is_same_word, words, others))
+
+
+def _is_same_word(word: str, other: str) -> bool:
+    try:
+        return word == other or float(word) == float(other)
+    except ValueError:
+        return False
 
 
 def _refusal(error: Exception) -> Response:

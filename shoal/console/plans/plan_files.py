@@ -12,6 +12,7 @@ from starlette.responses import Response
 import imc
 from mavlink.missions import ConversionContext
 from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.plans.drawn_plan import drawn_plan_text
 from shoal.console.plans.plan_path import plan_path
 from shoal.console.vehicle_orders import LONGEST_PLAN
 from shoal.missions import (
@@ -38,7 +39,11 @@ class PlanFiles:
         self._network = network
         self._working = asyncio.Lock()  # one file at a time: a long one takes a second of a core
         self.questions: Mapping[str, Answer] = {"/api/plan-text": self._text}
-        self.orders: Mapping[str, Answer] = {"/api/plan-import": self._import, "/api/plan-export": self._export}
+        self.orders: Mapping[str, Answer] = {
+            "/api/plan-import": self._import,
+            "/api/plan-export": self._export,
+            "/api/plan-draw": self._draw,
+        }
 
     async def _text(self, request: Request) -> Response:
         """A stored plan as YAML."""
@@ -72,6 +77,11 @@ class PlanFiles:
             return _refusal(f"files of plans end in {', '.join(PLAN_SUFFIXES)}")
         return await self._answer(_write_file, suffix, text, self._context(words.get("vehicle")))
 
+    async def _draw(self, request: Request) -> Response:
+        """A plan of shapes, see `drawn_plan_text`, as YAML, and its path for the map."""
+        words = await json_object(request)
+        return await self._answer(_draw_plan, words.get("name"), words.get("shapes"))
+
     async def _answer(self, work: Any, *given: object) -> Response:
         try:
             async with self._working:
@@ -95,6 +105,11 @@ def _read_file(name: str, text: str, context: ConversionContext | None) -> dict[
         except PlanFileError as error:
             raise ValueError(str(error).replace(f"{folder}/", "")) from None
     return {"text": plan_text(plan), "path": plan_path(plan), "remarks": list(map(printable, remarks))}
+
+
+def _draw_plan(name: object, shapes: object) -> dict[str, Any]:
+    text = drawn_plan_text(name, shapes)
+    return {"text": text, "path": plan_path(parse_plan(text)) if shapes else []}
 
 
 def _write_file(suffix: str, text: str, context: ConversionContext | None) -> dict[str, Any]:

@@ -112,6 +112,7 @@ def test_fields_are_drawn_and_the_log_book_is_filtered(page):
     page.run("document.getElementById('field').value = 'EstimatedState.depth'")
     page.press("#field-add")
     until(lambda: page.run("document.querySelectorAll('#plots canvas').length") == 1)
+    give_frame(page, log=[[time.time(), NAME, "error", "", "abort"], [time.time(), NAME, "info", "", "another"]])
     view(page, "log")
     until(lambda: page.run("document.querySelectorAll('#entries tr').length") > 3)
     page.run("document.getElementById('log-filter').value = 'abort'")
@@ -168,6 +169,8 @@ def test_no_name_of_a_vehicle_stops_the_page(page):
         choose(page, name)
         assert page.text("#summary").startswith("service")
     assert "failed" not in page.text("#result")
+    choose(page, NAME)
+    give_frame(page, gone=list(HOSTILE))
 
 
 def test_the_choice_of_the_operator_stays_while_its_vehicle_is_lost(page):
@@ -184,6 +187,43 @@ def test_the_choice_of_the_operator_stays_while_its_vehicle_is_lost(page):
     assert page.text("#summary") == "another: LOST"
     choose(page, NAME)
     assert "battery" in page.text("#summary")
+
+
+def test_the_open_view_is_of_the_vehicle_that_is_chosen(page):
+    view(page, "plans")
+    page.press("#plans-refresh")
+    until(lambda: "Show" in page.text("#plans"), told=lambda: page.text("#result"))
+    give_frame(page, vehicles={"another": fake_vehicle("another")})
+    choose(page, "another")
+    assert page.text("#plans") == ""
+    choose(page, NAME)
+    until(lambda: "Show" in page.text("#plans"), told=lambda: page.text("#result"))
+    give_frame(page, gone=["another"])
+
+
+def test_the_health_of_a_vehicle_that_is_lost_is_shown_as_old(page):
+    lost = fake_vehicle("another")
+    lost["system"]["there"] = False
+    give_frame(page, vehicles={"another": lost})
+    choose(page, "another")
+    assert page.text("#health-note").startswith("LOST: ")
+    choose(page, NAME)
+    assert page.text("#health-note") == ""
+    give_frame(page, gone=["another"])
+
+
+def test_a_page_whose_connection_is_dead_connects_anew(page):
+    page.run("import('/files/main.js').then(({ store }) => { window.dead = store.socket; dead.onmessage = null; })")
+    until(lambda: known(page, "Boolean(store.socket) && store.socket !== window.dead"), 90.0)
+    until(lambda: "battery" in page.text("#summary"), told=lambda: page.text("#summary"))
+
+
+def test_a_wider_window_shows_the_view_beside_the_map(page):
+    page.set_size(360, 640)
+    view(page, "map")
+    assert page.run("document.getElementById('health-view').clientHeight") == 0
+    page.set_size(1280, 800)
+    until(lambda: page.run("document.getElementById('health-view').clientHeight") > 100)
 
 
 def test_a_frame_that_fails_is_told_and_the_next_one_is_shown(page):
@@ -213,6 +253,9 @@ def test_a_track_goes_on_after_its_longest(page):
 
 def test_a_field_that_is_not_drawn_is_told(page):
     view(page, "plots")
+    page.run("document.getElementById('field').value = 'EstimatedState.depth'")
+    page.press("#field-add")
+    until(lambda: page.run("document.querySelectorAll('#plots canvas').length"))
     for field, told in (("constructor", "there is no field"), ("EstimatedState.depth", "is drawn already")):
         page.run(f"document.getElementById('field').value = '{field}'")
         page.press("#field-add")

@@ -21,6 +21,8 @@ OPTICS = PinholeModel(64, 48, 40.0, 40.0, 32.0, 24.0)
 class CameraRadio(Radio):
     """Brings messages from any thread, and keeps those that are sent to the vehicle."""
 
+    fragment_size = 0  # B, of a link that splits packets
+
     def __init__(self):
         self.sent = []
 

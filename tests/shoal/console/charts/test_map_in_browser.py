@@ -49,16 +49,19 @@ def choose_kind(page, kind: str) -> None:
 
 
 def written(page):
+    """The drawn plan, once the page shows its text."""
+    text = "document.getElementById('plan-text').value"
+    page.run(f"{text} = ''")
     page.press("#draw-text")
-    return parse_plan(page.run("document.getElementById('plan-text').value"))
+    return parse_plan(until(lambda: page.run(text), told=lambda: page.text("#draw-hint")))
 
 
 def test_charts_are_drawn_and_their_names_are_text(page):
     until(lambda: "harbor" in page.text("#map .leaflet-control-layers"))
     assert page.run("document.querySelector('#map .leaflet-control-layers b')") is None
-    until(lambda: page.run("import('/files/main.js').then(({ store }) => Object.keys(store.map._layers).length)") > 5)
+    until(lambda: page.run("import('/files/map_layer.js').then(({ map }) => Object.keys(map._layers).length)") > 5)
     found = page.run(
-        "import('/files/main.js').then(({ store }) => new Promise((done) => { store.map.eachLayer((layer) => {"
+        "import('/files/map_layer.js').then(({ map }) => new Promise((done) => { map.eachLayer((layer) => {"
         " const tip = layer.getTooltip?.()?.getContent();"
         " if (tip?.textContent?.includes('land')) done(tip.textContent); });"
         " setTimeout(() => done(''), 3000); }))"
