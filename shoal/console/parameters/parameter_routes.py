@@ -97,7 +97,7 @@ def _row(
 
 
 def _notes(described: ParameterDescription, default: str | None) -> list[str]:
-    """The description of a parameter, and a line with its type, range, choices and default, as far as they are known."""
+    """The description of a parameter, and a line with its type, range, choices and default, if known."""
     parts = [described.type or ""]
     bounds = (("at least", described.minimum), ("at most", described.maximum))
     parts.append(
