@@ -5,10 +5,12 @@ import math
 import imc
 from autonomy.control import AXES, RemoteActionsReader
 from runtime import consume, param
+from support.number_parsing import clamp_magnitude
 from support.planar_geometry import along_and_across
 from tasks.control.remote_operation_task import Loops, RemoteActionsTask
 
 REACTION = 0.5  # s of speed until a released stick brakes
+LARGEST_LEAD = 0.5 * math.pi  # rad, of the reference before the heading: beyond half a turn it would turn back
 
 
 class RemoteOperation(RemoteActionsTask):
@@ -16,7 +18,8 @@ class RemoteOperation(RemoteActionsTask):
 
     Pitch is the speed ahead (negative, nose down) and astern, Roll that to starboard, Thrust the climb, Heading the
     turn. With Pitch and Roll released the vehicle stays over its place, with Thrust released at its height; so it does
-    if the operator falls silent. The autopilot keeps the limits of altitude.
+    if the operator falls silent. On the ground only Thrust lifts it: no height is kept there. The autopilot keeps the
+    limits of altitude.
     """
 
     axes = AXES
@@ -29,6 +32,17 @@ class RemoteOperation(RemoteActionsTask):
     landing_altitude: float = param(5.0, "m", "The landing rate applies below this altitude.", minimum=0)
     maximum_acceleration: float = param(2.0, "m/s²", "Braking when the stick is released.", minimum=0.1)
     position_gain: float = param(0.8, "1/s", "Speed toward the place that is kept, per distance.", minimum=0)
+
+    def start(self) -> None:
+        self._is_disarmed = False
+        super().start()
+
+    @consume
+    def on_arming_state(self, arming: imc.ArmingState) -> None:
+        """Forget what is kept while the rotors rest: the estimate of the height drifts."""
+        self._is_disarmed = arming.state == imc.ArmingState.State.DISARMED
+        if self._is_disarmed:
+            self._forget_references()
 
     @consume
     def on_estimated_state(self, state: imc.EstimatedState) -> None:
@@ -71,6 +85,8 @@ class RemoteOperation(RemoteActionsTask):
         if climb:
             self._height = None
             return -climb * (self.maximum_climb_rate if climb > 0.0 else descent)
+        if self._is_disarmed:
+            return 0.0
         if self._height is None:
             self._height = state.z + state.vz * self._braking_time(abs(state.vz))
         return max(-self.maximum_climb_rate, min(descent, self.position_gain * (self._height - state.z)))
@@ -78,8 +94,9 @@ class RemoteOperation(RemoteActionsTask):
     def _heading_reference(self, operator: RemoteActionsReader, state: imc.EstimatedState) -> float:
         turn = operator.axis("Heading") * math.radians(self.maximum_heading_rate)
         if turn:
-            step = turn / self.execution_frequency
-            self._heading = (state.psi if self._heading is None else self._heading) + step
+            before = state.psi if self._heading is None else self._heading
+            lead = math.remainder(before + turn / self.execution_frequency - state.psi, math.tau)
+            self._heading = state.psi + clamp_magnitude(lead, LARGEST_LEAD)
             self._turns = True
         elif self._turns or self._heading is None:
             self._heading, self._turns = state.psi, False
@@ -91,6 +108,9 @@ class RemoteOperation(RemoteActionsTask):
 
     def _release(self) -> None:
         super()._release()
+        self._forget_references()
+
+    def _forget_references(self) -> None:
         self._place: tuple[float, float] | None = None
         self._height: float | None = None
         self._heading: float | None = None

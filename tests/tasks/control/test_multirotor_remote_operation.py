@@ -5,7 +5,9 @@ import math
 import pytest
 
 import imc
+from runtime.testing import simulate
 from shoal.missions import parse_plan, prepare
+from tasks.control.uav.remote_operation import RemoteOperation
 from tests.tasks.ideal.aloft import CCU, OWN, publish
 
 PLAN = parse_plan("plan: up\norigin: 41.185°, -8.7062°\nspeed: 2 m/s\nmaneuvers:\n  - takeoff: {altitude: 12}\n")
@@ -14,6 +16,34 @@ STEER = imc.PlanSpecification(
     start_man_id="steer",
     maneuvers=[imc.PlanManeuver(maneuver_id="steer", data=imc.Teleoperation(custom=f"src={CCU}"))],
 )
+
+
+def references(actions, seconds=20.0, *, arming=0, sinks=0.0):
+    """Velocities and headings that a stick which is held makes, of a vehicle whose heading stays 3 rad."""
+    enabled = imc.ControlLoops(timestamp=0.5, enable=1, mask=imc.CLoopsMask.TELEOPERATION)
+    feed = [
+        *(imc.EstimatedState(timestamp=0.1 * k, psi=3.0, z=0.1 * k * sinks) for k in range(round(10.0 * seconds))),
+        *(imc.ArmingState(timestamp=float(k), state=arming) for k in range(round(seconds))),
+        *(imc.RemoteActions(timestamp=0.6 + 0.2 * k, src=CCU, actions=actions) for k in range(round(5 * seconds))),
+    ]
+    run = simulate(RemoteOperation, sorted([enabled, *feed], key=lambda m: m.timestamp), seconds=seconds)
+    return run.of(imc.DesiredVelocity), run.of(imc.DesiredHeading)
+
+
+def test_on_the_ground_no_height_is_kept_that_would_lift_it():
+    """The estimate of a vehicle that stands sinks and rises with the pressure of the air."""
+    disarmed, armed = imc.ArmingState.State.DISARMED, imc.ArmingState.State.ARMED
+    assert min(each.w for each in references("", arming=armed, sinks=0.02)[0]) < -0.2
+    assert {each.w for each in references("", arming=disarmed, sinks=0.02)[0]} == {0.0}
+    assert references("Thrust=127", arming=disarmed)[0][-1].w == -2.0
+
+
+@pytest.mark.parametrize("actions", ["Heading=127", "Heading=-127"])
+def test_a_heading_that_does_not_follow_is_not_asked_for_from_the_other_side(actions):
+    headings = references(actions)[1]
+    leads = [math.remainder(each.value - 3.0, math.tau) for each in headings]
+    assert math.copysign(leads[-1], float(actions[8:])) == pytest.approx(leads[-1])
+    assert max(map(abs, leads)) == pytest.approx(math.radians(90.0))
 
 
 class Steered:
@@ -79,6 +109,9 @@ def test_it_follows_the_stick_and_stays_where_it_is_let_go(tmp_path):
     flown.steer(60.0, "Thrust=-127")  # to the ground, at the rate of a landing
     assert flown.height < 0.3
     assert max(abs(each.w) for each in flown.truths[-1000:]) < 1.2
+    landed = len(flown.truths)
+    flown.steer(100.0, "Thrust=0")
+    assert max(-each.z for each in flown.truths[landed:]) < 0.05, "released, it stays on the ground"
     publish(flown.vehicle, imc.TeleoperationDone(src=CCU, dst=OWN))
     flown.vehicle.run(2.0)
     assert flown.replies[-1] == "plan completed"
