@@ -123,8 +123,10 @@ class RemoteActionsTask(Task):
         clock = self._kernel.clock
         if actions.src == self.system or not (clock.virtual or clock.speed == 1.0):
             return False  # a scaled clock gives way: the delay is unknown
-        if len(self._delays) >= MOST_SENDERS:
-            self._delays.clear()
+        if not 0.0 < actions.timestamp < math.inf:
+            return False  # a sender without a clock
+        if actions.src not in self._delays and len(self._delays) >= MOST_SENDERS:
+            del self._delays[next(iter(self._delays))]
         delay = self._delays.setdefault(actions.src, MessageDelay()).receive(self.now, actions.timestamp)
         self._delay = delay if delay > self.longest_delay else 0.0
         return bool(self._delay)

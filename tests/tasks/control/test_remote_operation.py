@@ -139,9 +139,17 @@ def test_nonsense_beside_sense_costs_itself_alone():
 
 
 class DelayedConsole(Task):
-    """Commands of a console whose clock is an hour fast: five that come at once, and eight that come together later."""
+    """Commands of a console whose clock is an hour fast: five that come at once, and eight that come together later.
+
+    Before these, others send something.
+    """
+
+    others = 0
 
     def start(self):
+        for number in range(self.others):
+            aside = imc.encode_with_header(imc.RemoteActions(), self.now, CCU + 1 + number, 3, OWN, 0xFF)
+            self.after(5.9, self.relay, aside)
         quick = [(1.0 + 0.2 * k, 1.0 + 0.2 * k) for k in range(5)]
         queued = [(2.0 + 0.2 * k, 6.0 + 0.01 * k) for k in range(8)]
         for sent, arrives in [*quick, *queued]:
@@ -150,13 +158,39 @@ class DelayedConsole(Task):
             self.after(arrives, self.relay, packet)
 
 
-def test_actions_that_were_on_the_way_for_long_are_not_obeyed():
+@pytest.mark.parametrize("consoles", [1, 16])
+def test_actions_that_were_on_the_way_for_long_are_not_obeyed(consoles):
+    class Crowd(DelayedConsole):
+        others = consoles - 1
+
     states = [imc.EstimatedState(timestamp=0.05 * k, depth=3.0) for k in range(140)]
-    run = simulate([RemoteOperation, DelayedConsole], [enabled(), *states], seconds=7.0)
+    run = simulate([RemoteOperation, Crowd], [enabled(), *states], seconds=7.0)
     thrusts = [(m.timestamp - run.vehicle.start_time, m.value) for m in run.of(imc.DesiredSpeed)]
     assert max(value for time, value in thrusts if time < 2.0) == pytest.approx(70.0)
     assert {value for time, value in thrusts if time > 4.0} == {0.0}
-    assert run.task.entity.description == "no remote action for 2 s: the latest came 2.7 s late"
+    late = "no remote action for 2 s: the latest came 2.7 s late"
+    assert run.task.entity.description == late if consoles == 1 else run.task.entity.state is State.NORMAL
+
+
+class ConsoleWithoutClock(Task):
+    """Commands that all have the same time."""
+
+    sent = 0.0
+
+    def start(self):
+        packet = imc.encode_with_header(imc.RemoteActions(actions="Thrust=127"), self.sent, CCU, 3, OWN, 0xFF)
+        for k in range(30):
+            self.after(1.0 + 0.2 * k, self.relay, packet)
+
+
+@pytest.mark.parametrize("time", [0.0, math.nan, math.inf])
+def test_a_console_without_a_clock_steers(time):
+    class Console(ConsoleWithoutClock):
+        sent = time
+
+    states = [imc.EstimatedState(timestamp=0.05 * k, depth=3.0) for k in range(140)]
+    run = simulate([RemoteOperation, Console], [enabled(), *states], seconds=7.0)
+    assert min(m.value for m in run.of(imc.DesiredSpeed)[10:]) == pytest.approx(70.0)
 
 
 def test_a_console_is_told_what_there_is():
