@@ -39,8 +39,17 @@ class BlindDescent:
         """Whether a state that is there again since a time (s) can be used."""
         return not self.final and now - resumed >= RECOVERY
 
-    def has_landed(self, now: float, *, measured: bool) -> bool:
-        """Whether the vehicle is on the ground after so long a time or fall; `measured` if its vertical speed is."""
+    def has_landed(
+        self, now: float, *, measured: bool, landing_altitude: float = 0.0, landing_rate: float = DESCENT
+    ) -> bool:
+        """Whether the vehicle is on the ground after so long a time or fall; `measured` if its vertical speed is.
+
+        Such a vehicle may descend below an altitude (m) at another rate (m/s).
+        """
         if self._fallen > self._highest + FALL_MARGIN:
             return True
-        return now - self._begun > MARGIN + (MEASURED if measured else UNMEASURED) * self._highest / DESCENT
+        usual = self._highest / DESCENT
+        if not measured:
+            return now - self._begun > MARGIN + UNMEASURED * usual
+        more = min(self._highest, landing_altitude) * (1.0 / min(DESCENT, landing_rate) - 1.0 / DESCENT)
+        return now - self._begun > MARGIN + max(MEASURED * usual, UNMEASURED * (usual + more))

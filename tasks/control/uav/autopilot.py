@@ -204,8 +204,9 @@ class Autopilot(MultirotorAutopilotTask):
         share = command.thrust / self._law.weight
         stands = touchdown.update(now, descent, falling, share, vertical.fresh_force(now, BLIND_STEP))
         lies = touchdown.lies(now, share, vertical.measured_height(now), vertical.fresh_force(now))
-        low = self._dips.is_settled(now) and self._blind.has_landed(now, measured=falling is not None)
-        if stands or lies or low:
+        landing = {"landing_altitude": self.landing_altitude, "landing_rate": self.landing_rate}
+        late = self._dips.is_settled(now) and self._blind.has_landed(now, measured=falling is not None, **landing)
+        if stands or lies or late:
             self._enter(FlightPhase.GROUND, state)
 
     def _descend(self, state: imc.EstimatedState, reason: str) -> None:

@@ -31,6 +31,16 @@ def test_it_ends_after_a_time_that_depends_on_the_height():
     assert not descent.has_landed(69.0, measured=False)
 
 
+def test_a_slow_descent_near_the_ground_has_its_time():
+    descent = BlindDescent()
+    descent.begin(0.0, 15.0)
+    low = {"landing_altitude": 10.0, "landing_rate": 0.1}
+    takes = 5.0 / 1.5 + 10.0 / 0.1
+    assert [descent.has_landed(now, measured=True, **low) for now in (1.5 * takes, 2.5 * takes)] == [False, True]
+    assert descent.has_landed(51.0, measured=False, **low), "it descends at the same rate everywhere"
+    assert descent.has_landed(91.0, measured=True, landing_altitude=5.0, landing_rate=0.5)
+
+
 def test_it_ends_after_a_fall_of_more_than_the_height():
     descent = BlindDescent()
     descent.begin(0.0, 15.0)
