@@ -46,7 +46,7 @@ class PlanForecast:
         return math.fsum(self.estimates[name].seconds if name in self.estimates else math.nan for name in names)
 
     def statistics(self, capacity: float) -> imc.PlanStatistics:
-        """Forecast as a message; fuel in percent of `capacity` (J), empty if that is 0 or the duration is unknown."""
+        """Forecast as a message; fuel in % of `capacity` (J), empty if that is 0 or the duration is not finite."""
         total = self.seconds
         durations = {"Total": total + self.calibration, "Execution": total, "Calibration": self.calibration}
         durations |= {f"Maneuver {name}": e.seconds for name, e in self.estimates.items()}

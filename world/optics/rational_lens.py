@@ -45,7 +45,7 @@ class RationalModel(CameraModel):
 
     @property
     def coefficients(self) -> tuple[float, ...]:
-        """Number of coefficients in OpenCV: 8, 12 or 14."""
+        """Coefficients in the order of OpenCV: 8, 12 or 14."""
         radial = self.k1, self.k2, self.p1, self.p2, self.k3, self.k4, self.k5, self.k6
         prism, tilt = (self.s1, self.s2, self.s3, self.s4), (self.tau_x, self.tau_y)
         return (*radial, *prism, *tilt) if any(tilt) else (*radial, *prism) if any(prism) else radial
