@@ -1,7 +1,7 @@
 """The web application: page, frames, orders, plans, parameters and tiles."""
 
 import asyncio
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, cast
 
@@ -20,19 +20,21 @@ from shoal.console.access.request_guard import RequestGuard
 from shoal.console.access.users import Role
 from shoal.console.charts.tiles import TileSets
 from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
-from shoal.console.json_request import Answer, PageExtensions, json_object, json_response, read_object
-from shoal.console.logs.replay_answers import REJECTED
+from shoal.console.json_request import Answer, json_object, json_response, read_object
 from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.page_files import PageFiles
+from shoal.console.page_part import PagePart
 from shoal.console.panels.panel_routes import PanelRoutes
-from shoal.console.panels.user_panels import PRESS
+from shoal.console.panels.user_panels import PRESS, UserPanel
 from shoal.console.parameters.parameter_routes import ParameterRoutes
+from shoal.console.parameters.profile_settings import ProfileSettings
 from shoal.console.plans.plan_path import plan_path
 from shoal.console.steering.steering_routes import SteeringRoutes
 from shoal.console.vehicle_orders import OrderError
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
+REJECTED = "this page shows a log: nothing in it can be commanded"
 COOKIE = "shoal-console-{port}"  # cookies do not distinguish ports
 MOST_VIEWERS, MOST_WATCHING = 32, 24  # pages; those of users who may watch only leave some to the others
 CLOSING = 1.0  # s
@@ -55,8 +57,8 @@ class ConsoleApplication:
     """An ASGI application over a network whose event loop runs it.
 
     `hosts` are the names, with port, under which a browser reaches it; `libraries` the files of Leaflet and uPlot;
-    `viewer_access` says which Foxglove may connect, and `playback` is the log that it may move. `extensions` are
-    further requests of the page, and may take the place of orders.
+    `parts` are its views. `viewer_access` says which Foxglove may connect. `playback` is the log that is shown: then
+    orders are rejected. `settings` are those of a profile, for the view of parameters, `panels` those of the user.
     """
 
     def __init__(
@@ -69,18 +71,20 @@ class ConsoleApplication:
         libraries: Mapping[str, bytes],
         hosts: Collection[str],
         port: int,
-        extensions: PageExtensions,
+        parts: Sequence[PagePart] = (),
         viewer_access: ViewerAccess | None = None,
         playback: Playback | None = None,
+        settings: ProfileSettings | None = None,
+        panels: tuple[UserPanel, ...] = (),
     ) -> None:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
         self._authority = authority
         self._cookie = COOKIE.format(port=port)
         self._accounts = AccountRoutes(access, authority, self._cookie, self._knows)
-        self._parameters = ParameterRoutes(self._vehicle, extensions.settings)
-        self._panels = PanelRoutes(extensions.panels)
+        self._parameters = ParameterRoutes(self._vehicle, settings)
+        self._panels = PanelRoutes(panels)
         self._viewers = 0
-        self._plays_log = extensions.instead_of_orders is not None
+        self._plays_log = playback is not None
         foxglove = FoxgloveRoutes(
             network,
             self._vehicle,
@@ -90,7 +94,7 @@ class ConsoleApplication:
             feed.watching,
             playback,
         )
-        logged_in, instead = self._logged_in, extensions.instead_of_orders
+        logged_in, instead = self._logged_in, self._reject if self._plays_log else None
         routes = [
             *PageFiles(libraries).routes,
             Route("/healthz", self._health),
@@ -108,12 +112,13 @@ class ConsoleApplication:
             WebSocketRoute("/frames", self._frames),
             *foxglove.routes,
         ]
-        routes.extend(Route(path, logged_in(answer)) for path, answer in extensions.questions.items())
-        for role, posted in ((Role.OPERATE, extensions.orders), (Role.MAINTAIN, extensions.maintenance)):
-            routes.extend(
-                Route(path, logged_in(self._for_role(role, answer)), methods=["POST"])
-                for path, answer in posted.items()
-            )
+        for part in parts:
+            routes.extend(Route(path, logged_in(answer)) for path, answer in part.questions.items())
+            for role, posted in ((Role.OPERATE, part.orders), (Role.MAINTAIN, part.maintenance)):
+                routes.extend(
+                    Route(path, logged_in(self._for_role(role, answer)), methods=["POST"])
+                    for path, answer in posted.items()
+                )
         self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts, foxglove.own_origins)
 
     def _logged_in(self, answer: Answer) -> Answer:
@@ -142,6 +147,10 @@ class ConsoleApplication:
 
     async def _register_service(self, _: Request) -> Response:
         return json_response(SERVICE)
+
+    async def _reject(self, _: Request) -> Response:
+        """The answer to all orders and questions to a vehicle of a log."""
+        return PlainTextResponse(REJECTED, 403)
 
     async def _order(self, request: Request) -> Response:
         words, session = await json_object(request), self._accounts.session(request)

@@ -28,13 +28,13 @@ from shoal.console.connections.page_protocol import PageHTTPServer
 from shoal.console.foxglove import ViewerAccess
 from shoal.console.health.dive_check_routes import DiveCheckRoutes
 from shoal.console.health.message_rates import MessageCounter, RateRoutes
-from shoal.console.json_request import PageExtensions
 from shoal.console.logs.log_feed import LogFeed
 from shoal.console.logs.log_library import LogLibrary
 from shoal.console.logs.log_link import CONFIGURATION, LogLink
 from shoal.console.logs.log_routes import LogRoutes
 from shoal.console.logs.replay_answers import ReplayAnswers
 from shoal.console.page_feed import PageFeed
+from shoal.console.page_part import PagePart
 from shoal.console.panels.user_panels import UserPanel
 from shoal.console.parameters.profile_settings import ProfileSettings
 from shoal.console.plans.forecast_routes import ForecastRoutes
@@ -93,14 +93,15 @@ class ConsoleServer:
         authority = Authority(journal or self._note, refusal)
         self._viewer_access = ViewerAccess(foxglove_origins)
         self._player = player
-        self._replay = None if player is None else ReplayAnswers(player, log_root)
-        self._flights = PlanFlights(network)
-        self._settings, self._panels = settings, panels
-        self._logs = LogRoutes(LogLibrary(log_root, () if player is None else player.logs))
-        self._rates = RateRoutes(network, counter, player)
-        self._plan_files = PlanFiles(network)
-        self._forecasts = ForecastRoutes(network, is_allowed=allows_forecasts)
-        self._map = MapRoutes(network, tiles.overlays, plays_log=player is not None)
+        self._parts: list[PagePart] = [
+            LogRoutes(LogLibrary(log_root, () if player is None else player.logs)),
+            RateRoutes(network, counter, player),
+            MapRoutes(network, tiles.overlays, plays_log=player is not None),
+        ]
+        if player is None:
+            self._parts += _live_parts(network, allows_forecasts=allows_forecasts)
+        else:
+            self._parts += _log_parts(network, player, log_root)
         leases = authority.leases.view
         self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
@@ -114,9 +115,11 @@ class ConsoleServer:
             libraries,
             hosts,
             self.port,
-            self._extensions(),
+            self._parts,
             self._viewer_access,
             player,
+            settings,
+            panels,
         )
         self._server = PageHTTPServer(
             uvicorn.Config(
@@ -151,25 +154,6 @@ class ConsoleServer:
         """Connections that were too many."""
         return self._socket.rejected
 
-    def _extensions(self) -> PageExtensions:
-        replay, player, systems = self._replay, self._player, self._network.systems
-        pictures = LivePictures(self._network) if player is None else LoggedPictures(self._network, player)
-        cameras = CameraAnswers(self._network, pictures)
-        views = {**self._logs.questions, **self._rates.questions, **cameras.questions, **self._map.questions}
-        if replay is None or player is None:
-            contours = ContourAnswers(lambda name: name if name in systems else None)
-            parts = self._flights, self._plan_files, self._forecasts, self._logs
-            views |= {"/api/contours": contours.answer, **DiveCheckRoutes(self._network).questions}
-            views |= {**self._plan_files.questions, **self._forecasts.questions}
-            orders = {path: answer for part in parts for path, answer in part.orders.items()}
-            return PageExtensions(views, orders, settings=self._settings, panels=self._panels)
-        configuration = player.states.path.parent / CONFIGURATION
-        contours = ContourAnswers(lambda name: configuration if name in systems else None)
-        checks = DiveCheckRoutes(self._network, lambda: player.now, is_live=False)
-        views |= {"/api/contours": contours.answer, **checks.questions, **replay.questions}
-        orders = {**replay.orders, **self._logs.orders}
-        return PageExtensions(views, orders, replay.reject, replay.maintenance, panels=self._panels)
-
     def login_link(self) -> str:
         """An address that logs in once, within ten minutes. Its secret is behind #, which browsers do not send.
 
@@ -203,15 +187,37 @@ class ConsoleServer:
             for task in done:
                 task.result()
         finally:
-            for worker in (self._flights, self._logs, self._rates, self._forecasts, self._map):
-                worker.close()
-            if self._replay is not None:
-                self._replay.close()
+            for part in self._parts:
+                part.close()
             self._server.end()
             loops.append(end)
             for task in loops:
                 task.cancel()
             await asyncio.gather(server, *loops, return_exceptions=True)
+
+
+def _live_parts(network: Network, *, allows_forecasts: bool) -> list[PagePart]:
+    """The views of vehicles that are there now."""
+    systems = network.systems
+    return [
+        CameraAnswers(network, LivePictures(network)),
+        ContourAnswers(lambda name: name if name in systems else None),
+        DiveCheckRoutes(network),
+        PlanFiles(network),
+        PlanFlights(network),
+        ForecastRoutes(network, is_allowed=allows_forecasts),
+    ]
+
+
+def _log_parts(network: Network, player: LogLink, log_root: Path) -> list[PagePart]:
+    """The views of the vehicles in a log."""
+    systems, configuration = network.systems, player.states.path.parent / CONFIGURATION
+    return [
+        CameraAnswers(network, LoggedPictures(network, player)),
+        ContourAnswers(lambda name: configuration if name in systems else None),
+        DiveCheckRoutes(network, lambda: player.now, is_live=False),
+        ReplayAnswers(player, log_root),
+    ]
 
 
 def _listening_socket(address: str, port: int) -> socket.socket:

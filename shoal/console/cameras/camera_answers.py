@@ -7,12 +7,13 @@ from starlette.responses import PlainTextResponse, Response
 
 from shoal.console.cameras.live_pictures import LivePictures
 from shoal.console.json_request import Answer, json_response
+from shoal.console.page_part import PagePart
 from shoal.network import Network, NetworkSystem
 
 LONGEST_NUMBER = 18  # digits
 
 
-class CameraAnswers:
+class CameraAnswers(PagePart):
     """Answers by path, from the pictures of a network. Without questions nothing is asked of the vehicles.
 
     A picture that has been replaced by a newer one is answered with 204.

@@ -2,7 +2,7 @@
 
 import asyncio
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from runtime.profile import load_profile
-from shoal.console.json_request import json_response
+from shoal.console.json_request import Answer, json_response
+from shoal.console.page_part import PagePart
 from shoal.console.plans.plan_flights import PROFILE_NAME
 from support.diagnostics import ProfileError
 from support.file_errors import describe_os_error
@@ -83,7 +84,7 @@ def _degrees(angle: float) -> float:
     return round(math.degrees(angle), DECIMALS)
 
 
-class ContourAnswers:
+class ContourAnswers(PagePart):
     """Answers to the page with the contours of profiles, each made once, in a thread of its own.
 
     `find_profile` returns the profile of a vehicle by its name; None if there is no such vehicle. Contours of others
@@ -94,8 +95,9 @@ class ContourAnswers:
         self._find_profile = find_profile
         self._known: dict[str, dict[str, Any]] = {}
         self._making = asyncio.Lock()
+        self.questions: Mapping[str, Answer] = {"/api/contours": self._answer}
 
-    async def answer(self, request: Request) -> Response:
+    async def _answer(self, request: Request) -> Response:
         """`lines`: see `depth_contours`; empty for a vehicle without a profile here, and `text` has the reason."""
         name = request.query_params.get("vehicle", "")
         profile = self._find_profile(name)

@@ -13,6 +13,7 @@ from imc.coordinates import area_corners
 from shoal.console.charts.chart_overlays import ChartOverlays
 from shoal.console.charts.detections import Detections
 from shoal.console.json_request import Answer, json_response
+from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
@@ -31,8 +32,8 @@ LABELS = {
 }
 
 
-class MapRoutes:
-    """Answers to the page. `questions`: those to GET, by path. Nothing is asked of the vehicles of a log."""
+class MapRoutes(PagePart):
+    """Answers to the page. Nothing is asked of the vehicles of a log."""
 
     def __init__(self, network: Network, overlays: ChartOverlays, *, plays_log: bool) -> None:
         self._network, self._overlays, self._plays_log = network, overlays, plays_log

@@ -11,6 +11,7 @@ from starlette.responses import Response
 import imc
 from shoal.console.health.dive_checks import KINDS, DiveChecks, PlanChoice
 from shoal.console.json_request import Answer, json_response
+from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, NetworkSystem
 from support.terminal_text import printable
 
@@ -18,8 +19,8 @@ PATIENCE = 1.5  # s for the first messages of a kind
 LOOK = 0.1  # s
 
 
-class DiveCheckRoutes:
-    """Answers about the vehicles of a network. questions: those to GET, by path.
+class DiveCheckRoutes(PagePart):
+    """Answers about the vehicles of a network.
 
     `now` is the time that is shown (s since 1970 UTC); `is_live` is whether the vehicles are there now, and not in a
     log.

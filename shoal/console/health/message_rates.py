@@ -13,6 +13,7 @@ import imc
 from runtime.logs import LogSummary, summarize, type_name
 from shoal.console.json_request import Answer, json_response
 from shoal.console.logs.log_link import LogLink
+from shoal.console.page_part import PagePart
 from shoal.network import Network
 from support.terminal_text import printable
 
@@ -80,11 +81,8 @@ class NetworkCounter:
             self._network.close_listener(listener)
 
 
-class RateRoutes:
-    """Answers about the rates of a vehicle's messages, now or in the whole log that `player` plays.
-
-    questions: those to GET, by path.
-    """
+class RateRoutes(PagePart):
+    """Answers about the rates of a vehicle's messages, now or in the whole log that `player` plays."""
 
     def __init__(self, network: Network, counter: MessageCounter | None = None, player: LogLink | None = None) -> None:
         self._network, self._player = network, player

@@ -12,6 +12,7 @@ from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.logs.log_library import LogLibrary, LogLibraryError
 from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.page_part import PagePart
 from support.terminal_text import printable
 
 WORKER = "shoal.console.logs.log_report"
@@ -25,8 +26,8 @@ REPORT_POLICY = (  # a document of its own: it runs its script, and reaches neit
 )
 
 
-class LogRoutes:
-    """Answers about the logs of a library. questions: those to GET, by path; orders: those to POST."""
+class LogRoutes(PagePart):
+    """Answers about the logs of a library."""
 
     def __init__(self, library: LogLibrary) -> None:
         self._library = library

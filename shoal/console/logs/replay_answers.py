@@ -7,25 +7,22 @@ from typing import Any, cast
 
 import numpy as np
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import Response
 
 import imc
 from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.logs.log_link import LogLink
 from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.page_part import PagePart
 from support.terminal_text import printable
 
-REJECTED = "this page shows a log: nothing in it can be commanded"
 WORKER = "shoal.console.logs.log_resume"
 MOST_POINTS = 4000  # of a plot
 RESUMED, LONGEST = 60.0, 6 * 3600.0  # s
 
 
-class ReplayAnswers:
-    """Answers to the page of a player. `log_root` is for the logs of resumed runs.
-
-    questions: those to GET, by path, orders: those to POST, maintenance: those that set options.
-    """
+class ReplayAnswers(PagePart):
+    """Answers to the page of a player. `log_root` is for the logs of resumed runs."""
 
     def __init__(self, player: LogLink, log_root: Path) -> None:
         self._player, self._log_root = player, log_root
@@ -39,10 +36,6 @@ class ReplayAnswers:
     def close(self) -> None:
         """End the run that is being resumed."""
         self._worker.cancel()
-
-    async def reject(self, _: Request) -> Response:
-        """The answer to all orders and questions to a vehicle."""
-        return PlainTextResponse(REJECTED, 403)
 
     async def _control(self, request: Request) -> Response:
         try:

@@ -15,6 +15,7 @@ import imc
 from autonomy.plans import remaining_plan_at
 from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.page_part import PagePart
 from shoal.console.plans.forecast_summary import ForecastResult, describe_runs, enclosing_circles
 from shoal.console.plans.plan_flights import PROFILE_NAME
 from shoal.console.vehicle_view import RUNNING, position
@@ -56,8 +57,8 @@ class ForecastView:
         return found
 
 
-class ForecastRoutes:
-    """Answers to the page about one vehicle at a time. `questions` to GET and `orders` to POST, by path.
+class ForecastRoutes(PagePart):
+    """Answers to the page about one vehicle at a time.
 
     A forecast is made again every 30 s, or as soon as the one before is finished, while a page asks for it.
     """

@@ -12,6 +12,7 @@ from starlette.responses import Response
 import imc
 from mavlink.missions import ConversionContext
 from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.page_part import PagePart
 from shoal.console.plans.drawn_plan import drawn_plan_text
 from shoal.console.plans.plan_path import plan_path
 from shoal.console.vehicle_orders import LONGEST_PLAN
@@ -32,8 +33,8 @@ LONGEST_FILE = 900_000  # characters; a request has at most 1 MiB
 ERRORS = (PlanFileError, imc.DecodeError, imc.EncodeError, ValueError, RecursionError)
 
 
-class PlanFiles:
-    """Answers to the page: `questions` to GET and `orders` to POST, by path. Nothing is stored on a vehicle."""
+class PlanFiles(PagePart):
+    """Answers to the page. Nothing is stored on a vehicle."""
 
     def __init__(self, network: Network) -> None:
         self._network = network

@@ -13,6 +13,7 @@ import imc
 from shoal.console.access.users import Role, User
 from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.page_part import PagePart
 from shoal.console.vehicle_orders import LONGEST_PLAN
 from shoal.console.vehicle_view import position
 from shoal.network import Network
@@ -22,11 +23,10 @@ WORKER = "shoal.console.plans.plan_flight"
 PROFILE_NAME = re.compile(r"\w[\w.-]*", re.ASCII)  # a name, no path
 
 
-class PlanFlights:
-    """Answers to the page. `orders`: those to POST, by path, of a user in the state of the request.
+class PlanFlights(PagePart):
+    """Answers to the page. One plan is flown at a time: others are refused with the name of who flies.
 
-    One plan is flown at a time: others are refused with the name of who flies. Who flies may cancel it, and who may
-    maintain.
+    Who flies may cancel it, and who may maintain.
     """
 
     def __init__(self, network: Network) -> None:
