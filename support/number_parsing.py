@@ -1,6 +1,8 @@
-"""Reads numbers in files that people write, and limits numbers."""
+"""Reads numbers in files that people write and in JSON, and limits numbers."""
 
+import math
 import re
+from contextlib import suppress
 
 from support.diagnostics import LocatedError
 
@@ -53,6 +55,16 @@ def leading_number(text: str) -> float:
 def leading_numbers(text: str) -> list[float]:
     """The numbers of a list with commas, each as in `leading_number`; none of a blank text. Raises ValueError."""
     return [leading_number(word) for word in text.split(",")] if text.strip() else []
+
+
+def finite_number(value: object) -> float | None:
+    """A number of JSON as a finite float; None for other values, also for an integer beyond any float."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    with suppress(OverflowError):
+        if math.isfinite(number := float(value)):
+            return number
+    return None
 
 
 def clamp_magnitude(value: float, limit: float) -> float:

@@ -1,7 +1,6 @@
 """A picture of a camera, as a vehicle sends it: when and through which lens it was taken."""
 
 import json
-import math
 from functools import lru_cache
 from typing import Any, NamedTuple, cast
 
@@ -9,6 +8,7 @@ import numpy as np
 
 import imc
 from shoal.logs.export import LoggedCamera
+from support.number_parsing import finite_number
 from support.picture_headers import PictureHeader, read_picture_header
 from support.terminal_text import printable
 from world.optics import CameraModel, parse_calibration
@@ -41,11 +41,11 @@ def parse_picture(message: imc.CompressedImage) -> CameraPicture:
     header = read_picture_header(data)
     told = _read_comment(header.comment)
     time, label, lens = told.get("time"), told.get("camera"), told.get("lens")
-    known = isinstance(time, int | float) and math.isfinite(time)
+    seconds = finite_number(time)
     return CameraPicture(
         header,
         data,
-        float(cast(float, time)) if known else message.timestamp,
+        message.timestamp if seconds is None else seconds,
         printable(label)[:LONGEST_NAME] if isinstance(label, str) else "",
         _parse_lens(json.dumps(lens)) if isinstance(lens, dict) else None,
     )

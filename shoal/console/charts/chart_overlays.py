@@ -1,11 +1,11 @@
 """Lines, points and areas of charts that the page draws on its map: GeoJSON files in the folder of the map tiles."""
 
 import json
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from support.number_parsing import finite_number
 from support.terminal_text import printable
 
 SUFFIX = ".geojson"
@@ -105,8 +105,8 @@ def make_feature(geometry: Mapping[str, Any], properties: Mapping[str, Any]) -> 
     """A feature with the properties that are drawn."""
     depth, name = properties.get("depth"), properties.get("name")
     found: dict[str, Any] = {}
-    if not isinstance(depth, bool) and isinstance(depth, int | float) and math.isfinite(depth):
-        found["depth"] = round(depth, 2)
+    if (number := finite_number(depth)) is not None:
+        found["depth"] = round(number, 2)
     if isinstance(name, str) and name.strip():
         found["name"] = printable(name.strip())[:LONGEST_NAME]
     kind = properties.get("kind")

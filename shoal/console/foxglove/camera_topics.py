@@ -1,6 +1,8 @@
 """The standard topics beside a camera's pictures: its calibration, its place in the vehicle, and what was detected."""
 
+import struct
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 import imc
@@ -30,8 +32,9 @@ def camera_topics(
     vehicle, frame = ros_name(system), f"{ros_name(system)}/{ros_name(camera)}"
 
     def encode_info(message: imc.Message, time: int) -> bytes:
-        picture = _picture(message)
-        info = camera_info(time, frame, _scaled(picture)) if picture.lens is not None else b""
+        picture, info = _picture(message), b""
+        with suppress(TypeError, ValueError, LookupError, ArithmeticError, struct.error):  # a lens of others
+            info = camera_info(time, frame, _scaled(picture)) if picture.lens is not None else b""
         if not info:
             raise CdrError(NO_LENS)
         return ENCAPSULATION + info

@@ -1,15 +1,14 @@
 """Plays a log as a network of the vehicles in it: play, pause, speed, seek. Nothing is sent to them."""
 
 import asyncio
-import math
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import imc
 from shoal.logs.log_states import LogStates
 from shoal.network import ConsoleIdentity, LinkListener, ReceivedPacket
+from support.number_parsing import finite_number
 from support.terminal_text import printable
 
 TICK = 0.1  # s between looks at the log while it plays
@@ -183,12 +182,10 @@ class LogLink:
 
 
 def _number(name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{name} is a number, not {value!r}")
-    with suppress(OverflowError):
-        if math.isfinite(number := float(value)):
-            return number
-    raise ValueError(f"{name} is a finite number")
+    number = finite_number(value)
+    if number is None:
+        raise ValueError(f"{name} is a finite number")
+    return number
 
 
 def resumes(path: Path) -> bool:

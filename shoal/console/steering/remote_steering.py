@@ -4,7 +4,6 @@ import asyncio
 import math
 import time
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Self
 
@@ -15,6 +14,7 @@ from imc.tuple_list import parse_tuple_list
 from shoal.console.vehicle_orders import start
 from shoal.console.vehicle_view import RUNNING, word
 from shoal.network import AsyncRemoteVehicle
+from support.number_parsing import finite_number
 
 PLAN = "console-steer"
 """Name of the plan in which the page steers."""
@@ -146,9 +146,4 @@ def _steers(state: imc.PlanControlState) -> bool:
 
 
 def _share(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return 0.0
-    with suppress(OverflowError):
-        if math.isfinite(number := float(value)):
-            return max(-1.0, min(1.0, number))
-    return 0.0
+    return max(-1.0, min(1.0, finite_number(value) or 0.0))

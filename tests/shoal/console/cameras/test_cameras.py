@@ -110,6 +110,7 @@ def test_a_damaged_picture_is_counted_and_the_last_good_one_stays(page, radio):
     [
         b"{",
         b"[" * 9000,
+        b'{"time": 1%s}' % (b"0" * 400),
         b'{"time": NaN, "camera": 5, "lens": []}',
         b'{"time": "x", "lens": {"T_BS": [1]}}',
         b'{"lens": {"T_BS": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], "intrinsics": [0,0,0,0], "resolution": [0, 0]}}',

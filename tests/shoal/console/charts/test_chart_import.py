@@ -149,6 +149,12 @@ def test_overlays_that_cannot_be_read_are_named_and_the_others_served(tmp_path):
     assert found.text("../etc/passwd") is None
 
 
+def test_a_depth_beyond_all_numbers_is_none(tmp_path):
+    (tmp_path / "a.geojson").write_text(collection((CONTOUR, {"depth": 10**400})))
+    found = overlays_of(tmp_path)
+    assert (found.troubles, json.loads(found.text("a"))["features"][0]["properties"]) == ([], {"kind": "line"})
+
+
 def test_a_vehicle_serves_its_overlays_and_its_limits(tmp_path):
     (tmp_path / "charts").mkdir()
     (tmp_path / "charts/harbor.geojson").write_text(collection((CONTOUR, {"depth": 5})))

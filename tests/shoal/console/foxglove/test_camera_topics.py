@@ -71,6 +71,30 @@ def test_calibration_is_that_of_the_picture_as_it_was_sent():
     assert np.array([400.0, 0.0, 314.5]).tobytes() in info  # the first row of K
 
 
+@pytest.mark.parametrize(
+    ("lens", "has_info"),
+    [
+        ({b'"time": 1': b'"time": 1' + b"0" * 400}, True),
+        ({b"[[40.0, 0.0, 31.5]": b"[40.0", b"[64, 48]": b"[32, 24]"}, False),
+    ],
+)
+def test_numbers_that_are_none_end_no_viewers(lens, has_info):
+    good = jpeg(1.0)
+    at = good.index(b"\xff\xfe")
+    before = comment = good[at + 4 : at + 2 + int.from_bytes(good[at + 2 : at + 4], "big")]
+    for old, new in lens.items():
+        assert old in comment
+        comment = comment.replace(old, new)
+    packed = good[: at + 2] + (len(comment) + 2).to_bytes(2, "big") + comment + good[at + 4 + len(before) :]
+    message = from_vehicle(imc.CompressedImage, 1.0, data=packed)
+    info = camera_topics("v", "Front", lambda picture: [])[0]
+    if has_info:
+        assert info.encode(message, 5)
+    else:
+        with pytest.raises(CdrError):
+            info.encode(message, 5)
+
+
 @pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff\xd9", jpeg(1.0, optics=None)])
 def test_a_picture_without_a_lens_has_no_calibration(data):
     info, place, marks = camera_topics("v", "Front", lambda picture: [])
