@@ -66,6 +66,7 @@ class ForecastRoutes(PagePart):
     def __init__(self, network: Network, *, is_allowed: bool = True) -> None:
         self._network, self._is_allowed = network, is_allowed
         self._worker = PageJob(WORKER)
+        self._starting = asyncio.Lock()  # of two at once, the second one replaces the first
         self._loop: asyncio.Task[None] | None = None
         self._wanted = "", 0.0, 0.0  # vehicle, horizon and spread of the current
         self._asked = -math.inf
@@ -114,10 +115,11 @@ class ForecastRoutes(PagePart):
         if not PROFILE_NAME.fullmatch(system.name):
             return _refusal(f"{printable(system.name)} is no name of a profile")
         wanted = system.name, float(horizon), float(spread)
-        if self._loop is None or wanted != self._wanted:
-            await self._end()
-            self._wanted, self._asked, self._trouble = wanted, time.monotonic(), ""
-            self._loop = asyncio.create_task(self._repeat(system, *wanted[1:]))
+        async with self._starting:
+            if self._loop is None or wanted != self._wanted:
+                await self._end()
+                self._wanted, self._asked, self._trouble = wanted, time.monotonic(), ""
+                self._loop = asyncio.create_task(self._repeat(system, *wanted[1:]))
         return json_response({"ok": True, "text": ""})
 
     async def _end(self) -> None:

@@ -5,13 +5,17 @@ import json
 import math
 
 import pytest
+from starlette.requests import Request
 
 import imc
 from autonomy.plans import remaining_plan_at, sequential_plan
 from shoal.console.page_job import PageJob
+from shoal.console.plans.forecast_routes import ForecastRoutes
 from shoal.console.plans.forecast_summary import describe_runs, enclosing_circles
+from shoal.network import Network
 from support.wgs84 import displace
 from tests.outside import until
+from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.operator_page import vehicle_page
 
 NAME = "lauv-noptilus-1"
@@ -107,6 +111,30 @@ def test_limits_of_the_running_vehicle_count_and_what_has_no_hull_is_refused():
     answer, runs = simulate(profile="hexa-00")
     assert (answer["ok"], runs) == (False, [])
     assert "has no hull in the water" in answer["text"]
+
+
+def posted(words: dict) -> Request:
+    async def receive() -> dict:
+        return {"type": "http.request", "body": json.dumps(words).encode()}
+
+    return Request({"type": "http", "headers": []}, receive)
+
+
+def test_of_two_forecasts_that_are_started_at_once_one_is_made():
+    async def running() -> list[str]:
+        radio = Radio()
+        async with Network([radio]) as network:
+            radio.bring(imc.Announce(sys_name=NAME, sys_type=imc.SystemType.UUV, src=0x1A))
+            routes = ForecastRoutes(network)
+            start = routes.orders["/api/forecast"]
+            await start(posted({"vehicle": NAME}))
+            await asyncio.sleep(0)
+            await asyncio.gather(*(start(posted({"vehicle": NAME, "horizon": each})) for each in (20.0, 30.0)))
+            found = [task.get_coro().__qualname__ for task in asyncio.all_tasks()]
+            routes.close()
+        return [name for name in found if name == "ForecastRoutes._repeat"]
+
+    assert len(asyncio.run(running())) == 1
 
 
 def test_a_forecast_is_off_on_a_vehicle_unless_its_option_is_set(tmp_path):
