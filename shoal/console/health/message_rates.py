@@ -125,10 +125,11 @@ class RateRoutes(PagePart):
         """Look at the counts until nobody asks any more."""
         self._looks.clear()
         self._counter.start()
+        self._looks.append((self._counter.now(), {}))  # it may still have the counts of the time before
         try:
             while time.monotonic() - self._asked < ASKED:
-                self._looks.append((self._counter.now(), self._counter.counts()))
                 await asyncio.sleep(PERIOD)
+                self._looks.append((self._counter.now(), self._counter.counts()))
         finally:
             self._counter.stop()
             self._task = None

@@ -1,5 +1,6 @@
 """Rates of messages: of a network while they are asked for, on the bus of a vehicle, and over a whole log."""
 
+import asyncio
 import json
 import time
 
@@ -25,12 +26,13 @@ class Counter:
 
     def start(self):
         self.calls.append("start")
+        self.began = self.now()
 
     def stop(self):
         self.calls.append("stop")
 
     def counts(self):
-        return {(NAME, "Depth", 1): KindCount(int(5 * self.now()), self.now())}
+        return {(NAME, "Depth", 1): KindCount(int(5 * (self.now() - self.began)), self.now())}
 
     def now(self):
         return 4.0 * time.monotonic()
@@ -57,6 +59,29 @@ def test_rates_are_counted_by_the_clock_of_the_vehicle_and_only_while_somebody_a
         assert (message, rate) == ("Depth", pytest.approx(5.0, abs=1.0))
         assert count > 0 <= age
         until(lambda: counter.calls == ["start", "stop"])
+
+
+class LateCounter(Counter):
+    """One whose vehicle receives the start a little later, and has the counts of the time before until then."""
+
+    has_started = False
+
+    def start(self):
+        super().start()
+        asyncio.get_running_loop().call_soon(lambda: setattr(self, "has_started", True))
+
+    def counts(self):
+        return super().counts() if self.has_started else {(NAME, "Depth", 1): KindCount(1_000_000, 0.0)}
+
+
+def test_counts_of_the_time_before_make_no_rate(monkeypatch):
+    monkeypatch.setattr("shoal.console.health.message_rates.PERIOD", 0.2)
+    radio = Radio()
+    with served_page(radio, counter=LateCounter()) as page:
+        page.log_in()
+        radio.bring(imc.Heartbeat(timestamp=time.time(), **HEAD))
+        rows = until(lambda: rates(page).get("rows"))
+        assert rows[0][3] >= 0.0
 
 
 def test_what_arrives_from_a_network_is_counted_by_entity():
