@@ -6,6 +6,7 @@ from contextlib import suppress
 
 from support.diagnostics import LocatedError
 
+MOST_DIGITS = 18
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|nan)\b", re.IGNORECASE)
 
 
@@ -55,6 +56,11 @@ def leading_number(text: str) -> float:
 def leading_numbers(text: str) -> list[float]:
     """The numbers of a list with commas, each as in `leading_number`; none of a blank text. Raises ValueError."""
     return [leading_number(word) for word in text.split(",")] if text.strip() else []
+
+
+def natural_number(text: str) -> int | None:
+    """The integer that a text of at most 18 decimal digits is; None for other texts."""
+    return int(text) if text.isascii() and text.isdecimal() and len(text) <= MOST_DIGITS else None
 
 
 def finite_number(value: object) -> float | None:

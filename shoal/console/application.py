@@ -32,6 +32,7 @@ from shoal.console.plans.plan_path import plan_path
 from shoal.console.steering.steering_routes import SteeringRoutes
 from shoal.console.vehicle_orders import OrderError
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
+from support.number_parsing import natural_number
 from support.terminal_text import printable
 
 REJECTED = "this page shows a log: nothing in it can be commanded"
@@ -108,7 +109,7 @@ class ConsoleApplication:
             Route("/api/panels", logged_in(self._panels.panels)),
             Route("/api/fields", logged_in(self._fields)),
             Route("/api/tiles", logged_in(self._tile_sets)),
-            Route("/tiles/{name}/{zoom:int}/{column:int}/{row:int}", logged_in(self._tile)),
+            Route("/tiles/{name}/{zoom}/{column}/{row}", logged_in(self._tile)),
             WebSocketRoute("/frames", self._frames),
             *foxglove.routes,
         ]
@@ -200,7 +201,9 @@ class ConsoleApplication:
 
     async def _tile(self, request: Request) -> Response:
         place = request.path_params
-        found = self._tiles.tile(place["name"], place["zoom"], place["column"], place["row"])
+        numbers = [natural_number(place[name]) for name in ("zoom", "column", "row")]
+        known = [number for number in numbers if number is not None]
+        found = self._tiles.tile(place["name"], *known) if len(known) == len(numbers) else None
         if found is None:
             return PlainTextResponse("no such tile", 404)
         return Response(found[0], media_type=found[1], headers={"Cache-Control": "max-age=3600"})

@@ -9,8 +9,7 @@ from shoal.console.cameras.live_pictures import LivePictures
 from shoal.console.json_request import Answer, json_response
 from shoal.console.page_part import PagePart
 from shoal.network import Network, NetworkSystem
-
-LONGEST_NUMBER = 18  # digits
+from support.number_parsing import natural_number
 
 
 class CameraAnswers(PagePart):
@@ -31,11 +30,11 @@ class CameraAnswers(PagePart):
         return json_response({"ok": True, **found})
 
     async def _picture(self, request: Request) -> Response:
-        system, number = self._system(request), request.query_params.get("number", "")
-        if system is None or not (number.isascii() and number.isdecimal() and len(number) <= LONGEST_NUMBER):
+        system, number = self._system(request), natural_number(request.query_params.get("number", ""))
+        if system is None or number is None:
             return PlainTextResponse("there is no such picture", 404)
         try:
-            found = await self._pictures.picture(system, request.query_params.get("camera", ""), int(number))
+            found = await self._pictures.picture(system, request.query_params.get("camera", ""), number)
         except ValueError as error:
             return PlainTextResponse(str(error), 422)
         if found is None:

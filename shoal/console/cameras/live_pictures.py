@@ -12,6 +12,7 @@ from imc.reserved_ids import UNKNOWN_ENTITY
 from shoal.console.cameras.camera_picture import CameraPicture, parse_picture
 from shoal.console.cameras.detection_marks import Mark, RecentDetections
 from shoal.network import MessageListener, Network, NetworkSystem
+from support.number_parsing import natural_number
 from support.terminal_text import printable
 
 KINDS = (imc.CompressedImage, imc.CameraFrame, imc.EstimatedState, imc.EstimatedMugState)
@@ -91,8 +92,9 @@ class LivePictures:
         """
         vehicle = self._follow(system)
         self._requests.renew(system)
-        if live.isascii() and live.isdecimal() and int(live) in vehicle.cameras:
-            self._requests.renew(system, int(live), LIVE_RATE)
+        entity = natural_number(live)
+        if entity is not None and entity in vehicle.cameras:
+            self._requests.renew(system, entity, LIVE_RATE)
         self._take(system, vehicle)
         views = [self._view(system, vehicle, number) for number in sorted(vehicle.cameras)]
         return {"note": vehicle.refusal or ("" if views else self.no_camera_text(system)), "cameras": views}
@@ -102,8 +104,8 @@ class LivePictures:
 
     async def picture(self, system: NetworkSystem, camera: str, number: int) -> tuple[str, bytes] | None:
         """Format and data of a picture; None if it is not the newest one any more."""
-        vehicle = self._vehicles.get(system.name)
-        found = vehicle.cameras.get(int(camera)) if vehicle and camera.isascii() and camera.isdecimal() else None
+        vehicle, entity = self._vehicles.get(system.name), natural_number(camera)
+        found = None if vehicle is None or entity is None else vehicle.cameras.get(entity)
         if found is None or found.picture is None or found.number != number:
             return None
         return found.picture.header.format, found.picture.data

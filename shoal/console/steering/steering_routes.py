@@ -52,7 +52,7 @@ class SteeringRoutes:
         await socket.accept()
         with suppress(RuntimeError, WebSocketDisconnect, TimeoutError):
             async with asyncio.timeout(FIRST_WORDS):
-                words = read_object((await socket.receive_text())[:MOST_WORDS])
+                words = read_object((await _read_text(socket))[:MOST_WORDS])
             text = await self._steer_vehicle(socket, session, secret, words.get("vehicle"))
             async with asyncio.timeout(CLOSING):
                 await socket.send_text(encode({"state": "ended", "text": printable(text)}).decode())
@@ -92,6 +92,14 @@ class SteeringRoutes:
         if present is None or present.number != session.number:
             raise AuthorityError("the session has ended")
         self._authority.require_operator(present, vehicle)
+
+
+async def _read_text(socket: WebSocket) -> str:
+    """The next message; empty for bytes."""
+    try:
+        return await socket.receive_text()
+    except KeyError:
+        return ""
 
 
 class _StickLink:

@@ -23,6 +23,15 @@ def test_a_name_is_reached_in_any_case():
         assert page.request("GET", "/", Host=f"otter:{page.server.port}")[0] == 403
 
 
+def test_numbers_of_any_length_are_no_error_of_the_page():
+    """Python reads none of more than 4300 digits."""
+    with served_page() as page:
+        assert page.request("GET", f"/tiles/a/{'9' * 5000}/1/1")[0] == 401
+        page.log_in()
+        for place in ("9" * 5000 + "/1/1", "1/x/1", "1/1/-1"):
+            assert page.request("GET", f"/tiles/a/{place}")[0] == 404
+
+
 def test_no_header_gives_a_client_another_address(tmp_path):
     Users(tmp_path).add("anna", Role.OPERATE, "correct horse")
     with served_page(security=PageSecurity(users=Users(tmp_path))) as page:
