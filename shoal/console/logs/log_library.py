@@ -76,10 +76,7 @@ class LogLibrary:
 
     def path(self, key: str) -> Path:
         """The file of a log. Raises LogLibraryError if it is not listed."""
-        log = self._logs.get(key)
-        if log is None:
-            raise LogLibraryError("this log is not in the list any more: refresh it")
-        return log.path
+        return self._log(key).path
 
     def name(self, key: str) -> str:
         """The name of a log for people. Raises LogLibraryError if it is not listed."""
@@ -87,8 +84,9 @@ class LogLibrary:
 
     def open(self, key: str, name: str) -> LogDownload:
         """A file of a log. Raises LogLibraryError."""
-        path = self.path(key)
-        if name not in self._logs[key].files:
+        log = self._log(key)
+        path = log.path
+        if name not in log.files:
             raise LogLibraryError(f"this log has no file {printable(name)!r}")
         try:
             place = os.open(path.parent / name, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | os.O_NONBLOCK)
@@ -99,6 +97,12 @@ class LogLibrary:
             os.close(place)
             raise LogLibraryError(f"{printable(name)} is not a file")
         return LogDownload(os.fdopen(place, "rb"), state.st_size, file_name_of(f"{self._name(path)}_{name}"))
+
+    def _log(self, key: str) -> _Log:
+        log = self._logs.get(key)  # another thread may list the logs anew
+        if log is None:
+            raise LogLibraryError("this log is not in the list any more: refresh it")
+        return log
 
     def _find(self) -> list[Path]:
         """The files of the logs, the newest first, by their names, which are dates and times."""

@@ -1,16 +1,16 @@
 """Requests of the page for logs: the list, a file of one, and its report."""
 
 import asyncio
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import suppress
-from typing import BinaryIO
 from urllib.parse import quote
 
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 from shoal.console.json_request import Answer, json_object, json_response
-from shoal.console.logs.log_library import LogLibrary, LogLibraryError
+from shoal.console.logs.log_library import LogDownload, LogLibrary, LogLibraryError
 from shoal.console.page_job import PageJob, PageJobError
 from shoal.console.page_part import PagePart
 from support.terminal_text import printable
@@ -23,7 +23,33 @@ MOST_DOWNLOADS = 16  # at once
 REPORT_POLICY = (  # a document of its own: it runs its script, and reaches neither the page nor any address
     "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
     "img-src data: blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
-)
+)  # HTML forbids a document in a sandbox an opener policy; it has no opener
+
+
+class _Download(StreamingResponse):
+    """A file up to the size that it had: the vehicle may be writing it. `on_end` is called however it ends."""
+
+    def __init__(self, found: LogDownload, on_end: Callable[[], object]) -> None:
+        headers = {
+            "Content-Length": str(found.size),
+            "Content-Disposition": f"attachment; filename*=UTF-8''{quote(found.copy_name, errors='replace')}",
+        }
+        super().__init__(_blocks(found), media_type="application/octet-stream", headers=headers)
+        self._found, self._on_end = found, on_end
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._on_end()
+            self._found.file.close()
+
+
+async def _blocks(found: LogDownload) -> AsyncGenerator[bytes]:
+    left = found.size
+    while left > 0 and (block := await asyncio.to_thread(found.file.read, min(BLOCK, left))):
+        left -= len(block)
+        yield block
 
 
 class LogRoutes(PagePart):
@@ -61,27 +87,16 @@ class LogRoutes(PagePart):
         key, name = request.query_params.get("log", ""), request.query_params.get("file", "")
         if self._downloads >= MOST_DOWNLOADS:
             return PlainTextResponse(f"{self._downloads} downloads are running: try again later", 503)
+        self._downloads += 1  # before the first await: of many at once no more are begun
         try:
             found = await asyncio.to_thread(self._library.open, key, name)
         except LogLibraryError as error:
+            self._end_download()
             return PlainTextResponse(printable(str(error)), 404)
-        headers = {
-            "Content-Length": str(found.size),
-            "Content-Disposition": f"attachment; filename*=UTF-8''{quote(found.copy_name, errors='replace')}",
-        }
-        blocks = self._blocks(found.file, found.size)
-        return StreamingResponse(blocks, media_type="application/octet-stream", headers=headers)
+        return _Download(found, self._end_download)
 
-    async def _blocks(self, file: BinaryIO, size: int) -> AsyncGenerator[bytes]:
-        """A file up to the size that it had: the vehicle may be writing it."""
-        self._downloads += 1
-        try:
-            while size > 0 and (block := await asyncio.to_thread(file.read, min(BLOCK, size))):
-                size -= len(block)
-                yield block
-        finally:
-            self._downloads -= 1
-            file.close()
+    def _end_download(self) -> None:
+        self._downloads -= 1
 
     async def _make_report(self, request: Request) -> Response:
         key = (await json_object(request)).get("log")
@@ -109,7 +124,7 @@ class LogRoutes(PagePart):
         page = self._reports.get(request.query_params.get("log", ""))
         if page is None:
             return PlainTextResponse("this report is not kept any more: make it again", 404)
-        headers = {"Content-Security-Policy": REPORT_POLICY}
+        headers = {"Content-Security-Policy": REPORT_POLICY, "Cross-Origin-Opener-Policy": "unsafe-none"}
         with suppress(LogLibraryError):
             name = quote(f"{self._library.name(request.query_params['log']).replace('/', '_')}.html", errors="replace")
             headers["Content-Disposition"] = f"inline; filename*=UTF-8''{name}"

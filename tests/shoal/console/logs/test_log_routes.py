@@ -11,6 +11,7 @@ import pytest
 
 from shoal.console import PageSecurity, Role, Users
 from shoal.console.logs import log_routes
+from shoal.console.logs.log_library import LogLibrary
 from tests.outside import until
 from tests.shoal.console.logs.test_log_library import write_log
 from tests.shoal.console.page_of_nobody import served_page
@@ -82,6 +83,25 @@ def test_a_log_that_grows_or_is_removed_while_it_is_downloaded_comes_as_it_was(p
     assert file_of(page, row["key"])[:2] == (404, b"Data.lsf: No such file or directory")
 
 
+def test_of_many_downloads_at_once_no_more_than_allowed_are_begun(page, monkeypatch):
+    monkeypatch.setattr(log_routes, "MOST_DOWNLOADS", 2)
+    write_log(page.folder, "20260101/000005")
+    (row,) = logs(page)
+    opens, begun, answers = LogLibrary.open, threading.Event(), []
+    monkeypatch.setattr(LogLibrary, "open", lambda *words: begun.wait(20.0) and opens(*words))
+    users = [threading.Thread(target=lambda: answers.append(file_of(page, row["key"])[0])) for _ in range(4)]
+    for each in users:
+        each.start()
+    try:
+        until(lambda: answers == [503, 503])
+    finally:
+        begun.set()
+    for each in users:
+        each.join(20.0)
+    assert answers == [503, 503, 200, 200]
+    assert file_of(page, row["key"])[0] == 200
+
+
 @pytest.mark.heavy
 def test_downloads_that_nobody_reads_are_limited_and_end(page, monkeypatch):
     monkeypatch.setattr(log_routes, "MOST_DOWNLOADS", 2)
@@ -112,6 +132,7 @@ def test_a_report_is_a_document_that_reaches_nothing_of_the_page(page):
     policy = headers["content-security-policy"]
     assert policy.startswith("sandbox allow-scripts; default-src 'none'; ")
     assert "allow-same-origin" not in policy
+    assert headers["cross-origin-opener-policy"] == "unsafe-none"  # HTML forbids another one of what is in a sandbox
     assert headers["x-content-type-options"] == "nosniff"
     assert "self" in page.request("GET", "/")[2]["content-security-policy"]
 
