@@ -60,8 +60,9 @@ def make_client_certificate(folder: Path, name: str, role: Role, *, replaces: bo
     )
     password = secrets.token_urlsafe(12)
     protection = BestAvailableEncryption(password.encode())
-    write_file(path, pkcs12.serialize_key_and_certificates(name.encode(), key, made, [authority], protection), PRIVATE)
-    users.add_certificate(name, role, made.fingerprint(hashes.SHA256()).hex())
+    packed = pkcs12.serialize_key_and_certificates(name.encode(), key, made, [authority], protection)
+    users.add_certificate(name, role, made.fingerprint(hashes.SHA256()).hex())  # before a file is replaced
+    write_file(path, packed, PRIVATE)
     return ClientCertificate(path, password, is_first)
 
 

@@ -8,6 +8,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 
 from shoal.console import Role, Users, make_certificate, make_client_certificate
 from shoal.console.access.page_security import PageSecurity, read_page_security
+from shoal.console.access.users import MOST_CERTIFICATES
 from tests.command import shoal
 from tests.shoal.console.page_of_nobody import ServedPage, served_page
 
@@ -125,3 +126,12 @@ def test_a_page_whose_certificate_lacks_its_address_says_how_to_make_a_right_one
         assert notice.endswith(command)
     make_certificate(tmp_path, ["10.0.0.7"])
     assert read_page_security("10.0.0.7", tmp_path).notice == ""
+
+
+def test_one_certificate_too_many_leaves_the_file_of_the_one_before(tmp_path):
+    for _ in range(MOST_CERTIFICATES):
+        made = make_client_certificate(tmp_path, "anna", Role.OPERATE, replaces=True)
+    before = made.path.read_bytes()
+    with pytest.raises(ValueError, match="anna has 8 certificates"):
+        make_client_certificate(tmp_path, "anna", Role.OPERATE, replaces=True)
+    assert made.path.read_bytes() == before
