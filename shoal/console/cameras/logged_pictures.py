@@ -32,6 +32,7 @@ LARGEST = 64 << 20  # bytes of a file that is read at all
 LARGEST_AS_IT_IS = 4 << 20  # bytes of a picture that goes to the page unchanged
 LONGEST_SIDE, QUALITY = 1600, 90  # px and % of a JPEG that stands for a larger picture
 NAMED = "photos:"
+FORMATS = "JPEG", "PNG", "QOI"  # others have readers that start programs
 MOST_KEPT = 16  # pictures that were read
 
 
@@ -166,7 +167,7 @@ def _smaller(data: bytes) -> bytes:
     except ModuleNotFoundError:
         raise ValueError("needs pip install 'shoal[vision]' to be shown") from None
     try:
-        with Image.open(io.BytesIO(data)) as picture:
+        with Image.open(io.BytesIO(data), formats=FORMATS) as picture:
             picture.draft("RGB", (LONGEST_SIDE, LONGEST_SIDE))
             shown, packed = picture.convert("RGB"), io.BytesIO()
             shown.thumbnail((LONGEST_SIDE, LONGEST_SIDE))

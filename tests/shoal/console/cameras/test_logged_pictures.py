@@ -10,6 +10,8 @@ from PIL import Image
 
 import imc
 from shoal.console import LogLink
+from shoal.console.cameras.logged_pictures import _read_photo
+from shoal.logs.export import Photo
 from shoal.logs.log_states import LogStates
 from support.picture_headers import read_picture_header
 from tests.shoal.console.cameras.sent_pictures import (
@@ -41,6 +43,14 @@ def write_photos(folder):
     small.save(folder.parent / "elsewhere.png")
     (folder / f"Front_000004_{START + 5:.6f}.png").symlink_to(folder.parent / "elsewhere.png")
     (folder / "cameras.yaml").write_text("Front: [nonsense\n")
+
+
+def test_a_large_picture_of_another_format_is_not_read(tmp_path):
+    """Pillow reads PostScript by another program."""
+    path = tmp_path / "Front_1.jpg"
+    Image.fromarray(NOISE).save(path, format="BMP")
+    with pytest.raises(ValueError, match=r"Front_1\.jpg: damaged: cannot identify image file"):
+        _read_photo(Photo(1.0, "Front", "jpeg", path), None)
 
 
 @pytest.fixture
