@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from shoal.console.charts.chart_overlays import ChartOverlays
+from support.file_errors import describe_os_error
 
 ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
 MOST_TILE = 4 << 20  # bytes
@@ -30,7 +31,12 @@ class TileSets:
         self.troubles: list[str] = []
         self.zooms: dict[str, tuple[int, int]] = {}
         self._sets: dict[str, ReadTile] = {}
-        for path in sorted(folder.iterdir()) if folder is not None else ():
+        try:
+            paths = sorted(folder.iterdir()) if folder is not None else []
+        except OSError as error:
+            self.troubles.append(f"no map tiles: {describe_os_error(error)}")
+            return
+        for path in paths:
             if path.suffix not in (".mbtiles", ".pmtiles"):
                 continue
             try:

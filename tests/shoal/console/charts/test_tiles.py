@@ -103,6 +103,12 @@ def test_a_damaged_database_serves_no_tile_and_the_others_are_served(tmp_path, d
     assert any("bad" in text for text in sets.troubles)
 
 
+def test_without_its_folder_the_page_has_no_tiles_and_a_notice(tmp_path):
+    sets = TileSets(tmp_path / "card")
+    assert sets.troubles == [f"no map tiles: {tmp_path / 'card'}: No such file or directory"]
+    assert sets.tile("chart", 3, 2, 1) is None
+
+
 def test_a_tile_that_is_no_picture_is_not_served(tmp_path):
     write_mbtiles(tmp_path / "chart.mbtiles", tile=b"<script>alert(1)</script>")
     assert TileSets(tmp_path).tile("chart", 3, 2, 1) is None
