@@ -2,11 +2,13 @@
 
 import json
 import ssl
+from datetime import timedelta
 
 import pytest
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, pkcs12
 
 from shoal.console import Role, Users, make_certificate, make_client_certificate
+from shoal.console.access import client_certificate
 from shoal.console.access.page_security import PageSecurity, read_page_security
 from shoal.console.access.users import MOST_CERTIFICATES
 from tests.command import shoal
@@ -79,6 +81,15 @@ def test_a_certificate_of_another_authority_opens_nothing(tmp_path):
     made = make_client_certificate(tmp_path / "other", "anna", Role.MAINTAIN)
     make_client_certificate(tmp_path / "own", "anna", Role.MAINTAIN)
     with served_page(security=security_of(tmp_path / "own")) as page:
+        with pytest.raises((ssl.SSLError, ConnectionError)):
+            browser_with(page, made).request("GET", "/api/me")
+        assert me(browser_with(page))["ok"] is False
+
+
+def test_an_expired_certificate_opens_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(client_certificate, "LIFETIME", timedelta(hours=-1))
+    made = make_client_certificate(tmp_path, "anna", Role.MAINTAIN)
+    with served_page(security=security_of(tmp_path)) as page:
         with pytest.raises((ssl.SSLError, ConnectionError)):
             browser_with(page, made).request("GET", "/api/me")
         assert me(browser_with(page))["ok"] is False
