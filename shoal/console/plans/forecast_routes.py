@@ -31,7 +31,7 @@ LEAST_RUNS, MOST_RUNS = 5, 20
 SHORTEST, LONGEST = 10.0, 3600.0  # s of a horizon
 FASTEST_CURRENT = 3.0  # m/s
 CURRENT_AGE = 60.0  # s
-OFF = "off on this computer: it takes half a core; [Transports.Console] Forecast turns it on"
+OFF = "off on the page of this vehicle: it takes half a core, and [Transports.Console] Forecast = true allows it"
 IMPOSSIBLE = "the vehicle has not reported where it is"
 
 
