@@ -135,6 +135,8 @@ page.vehicle.onchange = (event) => {
   summarize();
 };
 setInterval(checkAge, 500);
+// A new link, opened in the tab of an old one, changes only the part after `#`: no page would be loaded.
+addEventListener("hashchange", () => { if (location.hash) location.reload(); });
 show("map");
 await account.byLink();
 await connectIfLoggedIn();

@@ -268,7 +268,7 @@ def test_a_panel_has_values_plots_and_a_button_that_is_pressed_twice(page):
     press_in(page, "#panels-view button", "Plots")
     until(lambda: page.run("document.querySelectorAll('#plots canvas').length") == 1, PATIENCE)
     view(page, "log")
-    until(lambda: f"{NAME}Transports.Consolelocal: press <img src=x>: Note" in page.text("#entries"), PATIENCE)
+    until(lambda: f"local: press <img src=x>: Note{NAME} · Transports.Console" in page.text("#entries"), PATIENCE)
     assert page.run("document.querySelectorAll('img[src=x]').length") == 0
 
 

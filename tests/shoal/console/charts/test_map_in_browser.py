@@ -107,7 +107,7 @@ def test_shapes_have_their_own_depth_altitude_and_speed(page):
     page.press("#draw-put")
     until(lambda: "drawn" in page.text("#plans"), told=lambda: page.text("#result"))
     page.run("document.getElementById('plan-text').value = ''")
-    page.press("#plans li button:nth-of-type(4)")
+    page.press("#plans li button:nth-of-type(3)")
     until(
         lambda: "loiter" in page.run("document.getElementById('plan-text').value").lower(),
         told=lambda: page.text("#result") + page.text("#plans"),

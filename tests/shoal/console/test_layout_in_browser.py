@@ -1,0 +1,95 @@
+"""The layout of the page, and its first use, in a real browser: nothing is cut, covered or out of order."""
+
+import pytest
+
+from tests.outside import until
+from tests.shoal.console.browser import browser
+from tests.shoal.console.logs.test_log_in_browser import set_value
+from tests.shoal.console.operator_page import vehicle_page
+from tests.shoal.console.test_in_browser import give_frame, view
+
+NAME = "lauv-noptilus-1"
+PATIENCE = 60.0  # s, on a busy computer
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("vehicle")
+    with vehicle_page(folder) as vehicle, browser(tmp_path_factory.mktemp("browser")) as found:
+        found.set_size(1280, 800)
+        yield found, vehicle.link
+
+
+@pytest.fixture(scope="module")
+def page(opened):
+    """A tab that was open without a login when the link was pasted into it."""
+    found, link = opened
+    found.open(link.partition("#")[0])
+    until(lambda: "Log in" in found.text("#result"), PATIENCE, told=lambda: found.text("#result"))
+    found.call("Page.navigate", url=link)
+    until(lambda: "service" in found.text("#summary"), PATIENCE, told=lambda: found.text("#result"))
+    return found
+
+
+def lines(page, selector: str) -> int:
+    """The lines that the words of an element need."""
+    words = f"(() => {{ const range = document.createRange(), box = document.querySelector('{selector}');"
+    return page.run(
+        words + " range.selectNodeContents(box);"
+        " return new Set([...range.getClientRects()].map(({ top }) => Math.round(top))).size; })()"
+    )
+
+
+@pytest.mark.parametrize("width", [1280, 360])
+def test_states_times_and_names_of_tabs_stay_whole(page, width):
+    page.set_size(width, 800)
+    view(page, "health")
+    until(lambda: page.run("document.querySelectorAll('#entities tr').length") > 10)
+    assert [lines(page, f"#entities td:nth-child({column})") for column in (2, 4)] == [1, 1]
+    give_frame(page, log=[[0, NAME, "info", "Supervisors.Vehicle", "text", ""]])
+    view(page, "log")
+    until(lambda: page.run("document.querySelectorAll('#entries tr').length") > 0)
+    assert lines(page, "#entries td") == 1
+    assert lines(page, "[data-view=log]") == 1
+    page.set_size(1280, 800)
+
+
+def test_the_form_of_a_plan_has_the_fields_of_the_chosen_shape_below_the_button_that_draws(page):
+    view(page, "plans")
+
+    def shown():
+        names = ("radius", "seconds", "spacing")
+        return [name for name in names if page.run(f"document.getElementById('draw-{name}').offsetParent !== null")]
+
+    found = {}
+    for kind in ("goto", "loiter", "station_keeping", "rows"):
+        set_value(page, "draw-kind", kind, "change")
+        found[kind] = shown()
+    turning = ["radius", "seconds"]
+    assert found == {"goto": [], "loiter": turning, "station_keeping": turning, "rows": ["spacing"]}
+    below = "document.getElementById('draw-toggle').compareDocumentPosition(document.getElementById('draw-form')) & 4"
+    assert page.run(below)
+
+
+def test_parameters_are_read_when_the_view_opens(page):
+    view(page, "parameters")
+    until(lambda: page.run("document.querySelectorAll('#values tr').length") > 0, PATIENCE)
+    assert page.text("#values td")
+
+
+@pytest.mark.parametrize("width", [1280, 360])
+def test_the_stick_covers_no_words(page, width):
+    page.set_size(width, 800)
+    view(page, "steer")
+    bottom = page.run(
+        "(() => { const range = document.createRange(), box = document.querySelector('#steer-pad span');"
+        " range.selectNodeContents(box);"
+        " return range.getBoundingClientRect().bottom; })()"
+    )
+    assert bottom <= page.run("document.getElementById('steer-stick').getBoundingClientRect().top")
+    page.set_size(1280, 800)
+
+
+def test_it_has_no_errors(page):
+    assert not [each for each in page.errors if "401" not in each]
