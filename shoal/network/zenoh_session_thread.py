@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import zenoh
 
-LAST_TRY = 0.3  # s to wait for a connection that is being tried: most are made or refused at once
+LAST_TRY = 1.0  # s to wait for a connection that is being tried: most are made or refused at once
 
 
 class ZenohSessionThread:
