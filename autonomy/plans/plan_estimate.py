@@ -32,6 +32,8 @@ class PlanEstimate:
         """The estimate on one line."""
         seconds = f"{self.seconds:.0f} s" if math.isfinite(self.seconds) else "unknown"
         energy, battery = format_percent(self.energy), format_percent(self.battery)
+        if math.isnan(self.seconds) and math.isnan(self.energy):
+            return f"time and energy unknown, charge of the battery {battery}"
         if math.isnan(self.energy + self.battery):
             return f"estimated time {seconds}, energy {energy}, charge of the battery {battery}"
         return f"estimated time {seconds}, energy {energy} of the battery, which has {battery}"

@@ -95,6 +95,6 @@ def test_an_estimate_names_what_is_unknown() -> None:
     assert (
         PlanEstimate(61.2, 3.0, 80.0).describe() == "estimated time 61 s, energy 3.0 % of the battery, which has 80.0 %"
     )
-    assert PlanEstimate().describe() == "estimated time unknown, energy unknown, charge of the battery unknown"
+    assert PlanEstimate().describe() == "time and energy unknown, charge of the battery unknown"
     text = "estimated time 5 s, energy unknown, charge of the battery 80.0 %"
     assert PlanEstimate(5.0, math.nan, 80.0).describe() == text
