@@ -100,8 +100,12 @@ class LogLink:
         self._jump_listeners.append(listener)
 
     def describe(self) -> dict[str, object]:
-        """The page's data of the replay: times in s since the start of the log, `start` in s since 1970 UTC."""
+        """The page's data of the replay: times in s since the start of the log, `start` in s since 1970 UTC.
+
+        `owner` is the name of the system that wrote the log.
+        """
         return {
+            "owner": self.system_name(self.states.owner),
             "start": self.states.start,
             "duration": self.states.duration,
             "position": round(self.position, 2),

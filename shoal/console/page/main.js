@@ -67,10 +67,12 @@ function take(frame) {
 function chooseVehicle() {
   const names = Object.keys(store.vehicles).sort();
   for (const name of names) labels[name] = store.vehicles[name].system?.name ?? name;
-  // Orders must not go to another vehicle because one is lost: the operator's choice stays.
-  if (!names.includes(store.chosen) && !store.byUser && names.length) {
-    if (store.chosen) say(`${labels[store.chosen]} is gone: ${labels[names[0]]} is chosen now`, "warn");
-    choose(names[0]);
+  // Orders must not go to another vehicle because one has dropped out: the choice of the operator stays.
+  const owner = store.replay?.owner; // a log also has the systems around the vehicle that wrote it
+  const first = [owner, store.chosen].find((name) => names.includes(name)) ?? names[0];
+  if (first !== store.chosen && !store.byUser && names.length) {
+    if (store.chosen && !owner) say(`${labels[store.chosen]} is gone: ${labels[first]} is chosen now`, "warn");
+    choose(first);
   }
   const options = names.map((name) => [labels[name], name]);
   if (store.chosen && !names.includes(store.chosen)) options.unshift([`${labels[store.chosen]} (LOST)`, store.chosen]);

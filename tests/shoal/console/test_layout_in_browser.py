@@ -6,7 +6,7 @@ from tests.outside import until
 from tests.shoal.console.browser import browser
 from tests.shoal.console.logs.test_log_in_browser import set_value
 from tests.shoal.console.operator_page import vehicle_page
-from tests.shoal.console.test_in_browser import give_frame, view
+from tests.shoal.console.test_in_browser import fake_vehicle, give_frame, known, view
 
 NAME = "lauv-noptilus-1"
 PATIENCE = 60.0  # s, on a busy computer
@@ -89,6 +89,14 @@ def test_the_stick_covers_no_words(page, width):
     )
     assert bottom <= page.run("document.getElementById('steer-stick').getBoundingClientRect().top")
     page.set_size(1280, 800)
+
+
+def test_a_log_shows_the_vehicle_that_wrote_it_and_not_the_first_by_name(page):
+    replay = {"owner": "writer", "start": 0.0, "duration": 9.0, "position": 0.0, "speed": 1.0, "playing": False}
+    around = {name: fake_vehicle(name) for name in ("another", "writer")}
+    give_frame(page, vehicles=around, replay={**replay, "notice": "", "resume": False}, gone=[NAME])
+    assert known(page, "store.chosen") == "writer"
+    page.open("about:blank")
 
 
 def test_it_has_no_errors(page):
