@@ -42,7 +42,7 @@ def shown(page, condition=lambda camera: True):
 
 
 def test_the_newest_picture_is_shown_with_its_time_and_served_once(page, radio):
-    assert cameras(page)["note"] .startswith(f"no camera of {NAME} has sent a picture; ")
+    assert cameras(page)["note"].startswith(f"no camera of {NAME} has sent a picture; ")
     radio.bring_soon(picture(1.0), state(1.5))
     camera = shown(page, lambda camera: camera["age"] > 0.4)
     assert (camera["label"], camera["width"], camera["height"], camera["format"]) == ("Front", 64, 48, "jpg")
