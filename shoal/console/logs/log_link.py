@@ -188,7 +188,8 @@ class LogLink:
 def _number(name: str, value: object) -> float:
     number = finite_number(value)
     if number is None:
-        raise ValueError(f"{name} is a finite number")
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        raise ValueError(f"{name} is a finite number" if is_number else f"{name} is a number, not {value!r}")
     return number
 
 
