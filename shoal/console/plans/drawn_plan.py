@@ -66,7 +66,7 @@ def _places(number: int, value: object, count: int) -> list[tuple[float, float]]
     found: list[tuple[float, float]] = []
     for place in cast(list[object], value) if isinstance(value, list) else []:
         pair = cast(list[object], place) if isinstance(place, list) else []
-        lat, lon = (float(each) if _is_finite(each) else math.nan for each in (*pair, None, None)[:2])
+        lat, lon = (float(cast(float, each)) if _is_finite(each) else math.nan for each in (*pair, None, None)[:2])
         if not (abs(lat) <= 90.0 and abs(lon) <= 360.0):
             raise ValueError(f"shape {number}: a place has a latitude and a longitude in degrees")
         found.append((lat, (lon + 180.0) % 360.0 - 180.0))
