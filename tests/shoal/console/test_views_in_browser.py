@@ -207,7 +207,7 @@ def test_what_becomes_worse_is_shown_until_it_is_acknowledged_and_sounds_once_it
     assert "alarming: <img src=x>: fault: a little" in page.text("#alarm-list")
     assert page.run("window.tones") == 0
     page.press("#sound")
-    until(lambda: page.run("window.tones") == 3)
+    until(lambda: page.run("window.tones") == 3, told=lambda: page.run("window.tones"))
     assert page.text("#sound") == "Sound is on"
     give("failure", "worse", mode="error")
     text = page.text("#alarm-list")
@@ -219,7 +219,7 @@ def test_what_becomes_worse_is_shown_until_it_is_acknowledged_and_sounds_once_it
         give("failure", "worse")
         return page.run("window.tones") == 6
 
-    until(sounds_again)
+    until(sounds_again, told=lambda: f"{page.run('window.tones')} tones; {page.text('#alarm-list')}")
     assert re.search(r"failure: worse \(\d+ times\)", page.text("#alarm-list"))
     page.press("#alarms-acknowledge")
     assert page.run("document.getElementById('alarms').hidden")
