@@ -100,7 +100,8 @@ class LivePictures:
         return {"note": vehicle.refusal or ("" if views else self.no_camera_text(system)), "cameras": views}
 
     def no_camera_text(self, system: NetworkSystem) -> str:
-        return f"no camera of {printable(system.name)} has sent a picture; a simulated one does with `-p Simulation,Camera`"
+        name = printable(system.name)
+        return f"no camera of {name} has sent a picture; a simulated one does with `-p Simulation,Camera`"
 
     async def picture(self, system: NetworkSystem, camera: str, number: int) -> tuple[str, bytes] | None:
         """Format and data of a picture; None if it is not the newest one any more."""
