@@ -8,7 +8,7 @@ from typing import cast
 from support.wgs84 import offset
 
 PLACES = {"goto": 1, "rows": 3, "loiter": 1, "station_keeping": 1}
-"""How many places each kind of shape has."""
+"""Number of places of each kind of shape."""
 REFERENCES = ("depth", "altitude", "height")
 MOST_SHAPES = 500
 
