@@ -17,6 +17,7 @@ from support.terminal_text import printable
 
 PATIENCE = 1.5  # s for the first messages of a kind
 LOOK = 0.1  # s
+DOUBTS = {"red": "not ready", "yellow": "to look at"}  # the words for checks of a color
 
 
 class DiveCheckRoutes(PagePart):
@@ -40,8 +41,9 @@ class DiveCheckRoutes(PagePart):
             plan = await self._choose(AsyncRemoteVehicle(self._network, system), request.query_params.get("plan", ""))
         checks = DiveChecks(system, plan, is_live=self._is_live).rows()
         rows = [asdict(check) for check in checks]
-        bad, doubtful = (sum(check.color == color for check in checks) for color in ("red", "yellow"))
-        text = f"NOT READY: {bad} not ready, {doubtful} to look at" if bad or doubtful else "READY"
+        counts = {words: sum(check.color == color for check in checks) for color, words in DOUBTS.items()}
+        found = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
+        text = f"NOT READY: {found}" if found else "READY"
         text += f" ({time.strftime('%H:%M:%S', time.gmtime(self._now()))} UTC)"
         return json_response({"ok": True, "checks": rows, "plans": plan.stored or [], "text": text})
 

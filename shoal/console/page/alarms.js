@@ -55,8 +55,7 @@ function draw(frame) {
   if (store.replay) return;
   for (const name of Object.keys(frame.vehicles)) compare(name, store.vehicles[name]);
   for (const name of frame.gone) {
-    if (known[name]?.there) raise(`${known[name].label}: LOST`, 3);
-    if (known[name]) known[name].there = false;
+    if (known[name]?.there) { raise(`${known[name].label}: LOST`, 3); known[name].there = false; }
   }
 }
 

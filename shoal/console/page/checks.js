@@ -37,7 +37,8 @@ function draw() {
 function forget() {
   latest();
   checked = 0;
-  for (const each of [select, page.checks]) fill(each);
+  fill(select);
+  fill(page.checks);
   tell("");
 }
 page.checkRun.onclick = select.onchange = run;

@@ -50,7 +50,7 @@ toggle.onclick = async () => {
   const vehicle = store.chosen;
   if (!isChosen(vehicle)) return;
   turn(vehicle, "simulating the rest of the plan: the first run takes some seconds");
-  const [horizon, current] = [page.forecastHorizon, page.forecastCurrent].map(({ value }) => Number(value));
+  const horizon = Number(page.forecastHorizon.value), current = Number(page.forecastCurrent.value);
   const answer = await post("forecast", { vehicle, horizon, current });
   if (!answer.ok && vehicle === wanted) turn("", answer.text);
 };

@@ -20,10 +20,10 @@ function draw() {
   write(page.healthNote, vehicle && !vehicle.system?.there ? "LOST: this is as it was received last." : "", "bad");
   if (changed) {
     shown = entities;
-    times = entities.map(({ since }) => ({ at: cell(""), since }));
+    times = entities.map(({ since }) => ({ at: cell("", "whole"), since }));
     fill(page.entities, entities.map(({ entity, state, text, advice }, at) => {
       const cause = advice ? [text, small(advice), ...evidence(entity)] : text;
-      return row(entity, cell(state, KINDS[state]), cause, times[at].at);
+      return row(entity, cell(state, `whole ${KINDS[state] ?? ""}`), cause, times[at].at);
     }));
   }
   for (const { at, since } of times) at.textContent = duration(Math.max(0, store.now - since)); // times may be rounded up

@@ -25,7 +25,7 @@ function read() {
 }
 
 function drawList(chosen) {
-  fillOptions(page.layouts, Object.keys(read()).sort());
+  fillOptions(select, Object.keys(read()).sort());
   if (chosen) select.value = chosen;
 }
 

@@ -1,5 +1,5 @@
 // The log books of all vehicles, the newest entry first.
-import { cell, clock, fill, matches, page, row, store } from "./page.js";
+import { cell, clock, fill, matches, page, row, small, store } from "./page.js";
 
 const KINDS = { warning: "warn", error: "bad", critical: "bad" };
 const MOST = 300; // entries
@@ -9,7 +9,8 @@ let dirty = true;
 function show() {
   const found = store.log.filter((entry) => matches(filter, ...entry)).slice(-MOST).reverse();
   fill(page.entries, found.map(([time, vehicle, kind, context, text]) =>
-    row(clock(time), vehicle, context, cell(text, KINDS[kind]))));
+    row(cell(clock(time), "whole"),
+      cell([text, small([vehicle, context].filter(Boolean).join(" · "))], KINDS[kind]))));
   dirty = false;
 }
 function draw(frame) {

@@ -22,7 +22,7 @@ function connect() {
   store.socket = socket;
   opened = performance.now();
   socket.onopen = sendFields;
-  socket.onmessage = (event) => receive(event.data);
+  socket.onmessage = ({ data }) => receive(data);
   socket.onclose = () => {
     if (store.socket !== socket) return;
     store.socket = null;
@@ -131,13 +131,13 @@ function show(view) {
 }
 
 for (const tab of tabs) tab.onclick = () => show(tab.dataset.view);
-page.vehicle.onchange = (event) => {
+page.vehicle.onchange = ({ target }) => {
   store.byUser = true;
-  choose(event.target.value);
+  choose(target.value);
   summarize();
 };
 setInterval(checkAge, 500);
-// A new link, opened in the tab of an old one, changes only the part after `#`: no page would be loaded.
+// A link that is pasted into an open tab changes only what follows `#`, which loads nothing.
 addEventListener("hashchange", () => { if (location.hash) location.reload(); });
 show("map");
 await account.byLink();

@@ -3,7 +3,7 @@ import { ask, isOld, make, page, placeOf, store, untilDone, write } from "./page
 import { DEEPEST, L, makeLayer, map } from "./map_layer.js";
 
 const DEPTHS = ["#2b8cbe", "#2ca25f", "#d9a400", "#e6550d", "#a50f15"]; // each 10 m deeper
-const CONTOUR = "#35617d", PLAN = "#7b3294", UNCERTAINTY = "#0b57a4";
+const CONTOUR = "#4a7d9c", PLAN = "#7b3294", UNCERTAINTY = "#0b57a4";
 const GRID = { color: "#7d93a3", weight: 0.6 };
 const RETRY = 5000; // ms until contours are asked for again
 const STEP = 10; // m
@@ -19,8 +19,7 @@ let tiled = false;
 
 function drawGrid() {
   grid.clear();
-  const bounds = map.getBounds(), [south, north] = [bounds.getSouth(), bounds.getNorth()];
-  const [west, east] = [bounds.getWest(), bounds.getEast()];
+  const [west, south, east, north] = map.getBounds().toBBoxString().split(",").map(Number);
   const step = GRATICULE.find((each) => (north - south) / each >= 4) ?? GRATICULE.at(-1);
   for (let lat = Math.ceil(south / step) * step; lat < north; lat += step) grid.line([[lat, west], [lat, east]], GRID);
   for (let lon = Math.ceil(west / step) * step; lon < east; lon += step) grid.line([[south, lon], [north, lon]], GRID);
@@ -35,7 +34,7 @@ function drawTrack(of, track) {
   const { points } = track;
   if (of.count === points.length) return;
   for (let at = Math.max(1, of.count); at < points.length; at += 1) {
-    const color = DEPTHS[Math.min(DEPTHS.length - 1, Math.floor(Math.max(0, points[at][2] ?? 0) / STEP))];
+    const color = DEPTHS[Math.floor(Math.max(0, points[at][2] ?? 0) / STEP)] ?? DEPTHS.at(-1);
     if (!of.line || of.color !== color) {
       of.line?.setLatLngs(of.run);
       Object.assign(of, { line: of.lines.line([], { color }), color, run: [points[at - 1].slice(0, 2)] });
@@ -67,7 +66,7 @@ function drawVehicles() {
       of.circle.circle(place, { radius: Math.max(0.1, 2 * state.uncertainty), color: UNCERTAINTY });
     }
     if (store.tracks[name]) drawTrack(of, store.tracks[name]);
-    if (!placed) { placed = true; map.setView(place, 16); }
+    if (!placed) { placed = true; map.setView(place, 18); }
   }
   for (const [name, { marker, circle, lines }] of shown) {
     if (store.vehicles[name]) continue;

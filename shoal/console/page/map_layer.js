@@ -19,7 +19,7 @@ function makeLayer() {
     area: (places, style, text) => add("polygon", places, { weight: 2, ...style }, text),
     dot: (place, style, text) => add("circleMarker", place, { radius: 4, ...style }, text),
     circle: (place, style, text) => add("circle", place, { weight: 1, ...style }, text),
-    fit: (places) => { if (places.length) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 17 }); },
+    fit: (places) => { if (places.length) map.fitBounds(L.latLngBounds(places).pad(0.3), { maxZoom: 19 }); },
   };
 }
 export { L, DEEPEST, map, makeLayer };

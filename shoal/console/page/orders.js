@@ -31,13 +31,10 @@ export function confirmed(pressed, begin) {
     pressed.textContent = label;
     pressed.classList.remove("armed");
   }
-  pressed.onclick = async () => {
-    if (act) {
-      const confirmedAct = act;
-      disarm();
-      await confirmedAct();
-      return;
-    }
+  pressed.onclick = () => {
+    const confirmedAct = act;
+    disarm();
+    if (confirmedAct) { confirmedAct(); return; }
     act = begin();
     if (!act) return;
     pressed.textContent = `${label}: press again`;

@@ -122,7 +122,7 @@ export const duration = (seconds) => `${String(Math.floor(seconds / 3600)).padSt
 export const color = (name) => getComputedStyle(document.body).getPropertyValue(`--${name}`);
 
 export function download(name, content) {
-  const href = URL.createObjectURL(content instanceof Blob ? content : new Blob([content]));
+  const href = URL.createObjectURL(new Blob([content]));
   make("a", "", { href, download: name }).click();
   URL.revokeObjectURL(href);
 }

@@ -13,7 +13,7 @@ async function readEntities() {
   const answer = await latest(ask("parameters", { vehicle }));
   if (failed(answer)) return;
   owner = vehicle;
-  fillOptions(page.entity, answer.entities);
+  fillOptions(select, answer.entities);
 }
 
 // First the values, which come at once, then all that is known of them.
@@ -45,13 +45,13 @@ function line(vehicle, entity, name, value) {
   const set = button("Set", () => change(vehicle, entity, "set", { entity, parameter: name, value: input.value }));
   const [title, middle, last, place] = [name, input, set, ""].map((each) => cell(each));
   function describe(found) {
-    const isFixed = found.editable === false, { differs } = found;
+    const isFixed = found.editable === false;
     title.append(...found.notes.map((text) => small(text)));
     middle.append(small(found.unit));
     input.disabled = set.disabled = isFixed;
     if (isFixed) last.append(small("only before the start"));
     place.append(...found.origin.map(([text, kind]) => small(text, kind)));
-    if (differs && !isFixed) place.append(button("Value of the file", () => { input.value = found.file; input.focus(); }));
+    if (found.differs && !isFixed) place.append(button("Value of the file", () => { input.value = found.file; input.focus(); }));
   }
   return { shown: row(title, middle, last, place), describe };
 }
@@ -70,8 +70,10 @@ page.valuesSave.onclick = async () => {
 function forget() {
   latest();
   owner = "";
-  for (const each of [select, page.values, page.changes]) fill(each);
+  fill(select);
+  fill(page.values);
+  fill(page.changes);
   write(page.valuesNote, "");
 }
-const open = () => { if (store.chosen && owner !== store.chosen) readEntities(); };
+const open = () => { if (store.chosen && owner !== store.chosen) readValues(); };
 export { open, forget as choose };

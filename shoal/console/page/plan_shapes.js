@@ -18,7 +18,7 @@ export async function readText() {
   if (!answer.ok) write(page.drawHint, answer.text, "bad");
   track.clear();
   track.line((answer.path ?? []).flatMap(({ places }) => places), { color: COLOR });
-  return answer.text && answer.ok ? answer.text : null;
+  return answer.ok && answer.text || null;
 }
 
 function drawMarks() {
@@ -56,7 +56,7 @@ function addPlace({ lat, lng }) {
     return;
   }
   const [z, speed, radius, seconds, spacing] =
-    [page.drawDepth, page.drawSpeed, page.drawRadius, page.drawSeconds, page.drawSpacing].map(({ value }) => Number(value));
+    ["Depth", "Speed", "Radius", "Seconds", "Spacing"].map((name) => Number(page[`draw${name}`].value));
   change([...shapes, { kind, places: corners, z, reference: page.drawReference.value, speed, radius, seconds, spacing }]);
 }
 

@@ -35,7 +35,7 @@ function line(vehicle, plan) {
     if (answer) text.value = answer.text;
   }
   return make("li", [make("span", plan), button("Show", show), button("Start", act("start", show)),
-    button("Delete", act("delete", refresh)), button("Edit", edit)]);
+    button("Edit", edit), button("Delete", act("delete", refresh))]);
 }
 
 // Whoever has started it: the map keeps its place.

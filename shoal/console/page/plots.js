@@ -5,6 +5,7 @@ const LONGEST = 18000; // points: an hour
 export const MOST = 8;
 const NARROWEST = 240; // px
 const WHOLE = 120000; // ms to read a field of a whole log
+const TIME = "{HH}:{mm}:{ss}";
 
 const traces = new Map(); // path: { times, values, plot, box, output, field }
 const windows = page.plotWindow, view = page.plotsView, chosen = page.field;
@@ -18,7 +19,7 @@ export function sendFields() {
 // A plot of uPlot as wide as its place, or null where uPlot is not installed.
 export function makePlot(place, series, data, options) {
   const { uPlot } = window, width = Math.max(NARROWEST, place.clientWidth - 10), stroke = color("text");
-  const axes = [{ stroke }, { stroke, size: 60 }];
+  const axes = [{ stroke, ...options.axis }, { stroke, size: 60 }];
   return uPlot ? new uPlot({ width, axes, series, ...options }, data, place) : null;
 }
 
@@ -43,8 +44,10 @@ async function add(field) {
   const unit = fields[name], output = make("output");
   const box = make("div", [button(`Remove ${path}`, () => { drop(path); sendFields(); }), output]);
   page.plots.append(box);
-  const series = [{}, { label: `${path} ${unit && `(${unit})`}`, stroke: color("link"), width: 1.5 }];
-  const options = { height: 160, scales: { x: { range: shownRange } }, cursor: { sync: { key: "plots" } } };
+  const series = [{ label: "UTC", value: TIME }, { label: `${path} ${unit && `(${unit})`}`, stroke: color("link"), width: 1.5 }];
+  const axis = { values: TIME, space: 70 }, scales = { x: { range: shownRange } };
+  const tzDate = (time) => window.uPlot.tzDate(new Date(time * 1000), "Etc/UTC");
+  const options = { height: 160, axis, scales, tzDate, cursor: { sync: { key: "plots" } } };
   const plot = makePlot(box, series, [[], []], options);
   const trace = { times: [], values: [], plot, box, output, field };
   traces.set(path, trace);

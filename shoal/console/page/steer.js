@@ -77,8 +77,8 @@ function start() {
   end.hidden = false;
   show(`${vehicle}: asked for steering`);
   opened.onopen = () => opened.send(JSON.stringify({ vehicle }));
-  opened.onmessage = (event) => {
-    const words = JSON.parse(event.data);
+  opened.onmessage = ({ data }) => {
+    const words = JSON.parse(data);
     if (words.state === "ended") { over = `${vehicle}: ${words.text}`; return; }
     if (tick === null) {
       pad.focus();
@@ -95,7 +95,7 @@ function start() {
 function pull(event) {
   const { left, top, width, height } = pad.getBoundingClientRect();
   const across = 2 * (event.clientX - left) / width - 1, down = 2 * (event.clientY - top) / height - 1;
-  pulled = [across, -down].map((each) => Math.max(-1, Math.min(1, each / 0.9)));
+  pulled = [across, -down].map((each) => each / 0.9);
 }
 
 begin.onclick = start;
