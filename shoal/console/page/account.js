@@ -4,7 +4,7 @@ import { ask, failed, page, post, say, store, write, writeAnswer } from "./page.
 const LOG_IN = "Log in: open the link that `shoal console` or `shoal run` has printed.";
 
 let me = null; // session, user and role
-let refusal = ""; // why the login by a link was refused
+let refusal = ""; // of the last login
 const certificate = page.loginCertificate;
 const take = page.leaseTake, give = page.leaseGive, keep = page.leaseKeep;
 
@@ -12,8 +12,7 @@ async function byLink() {
   const token = location.hash.slice(1);
   if (!token) return;
   history.replaceState(null, "", "/");
-  const answer = await post("login", { token });
-  if (failed(answer)) refusal = `${answer.text}. `;
+  await logIn({ token });
 }
 
 // Asks who this page is; without a session, how to log in. Whether there is a session.
@@ -51,9 +50,8 @@ function draw() {
 async function logIn(words) {
   const answer = await post("login", words);
   page.password.value = "";
-  if (failed(answer)) return;
-  refusal = "";
-  await recall();
+  refusal = failed(answer) ? `${answer.text}. ` : "";
+  if (!refusal) await recall();
 }
 page.login.onsubmit = (event) => {
   event.preventDefault();

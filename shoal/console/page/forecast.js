@@ -1,4 +1,4 @@
-// The rest of the running plan, simulated several times: tracks and circles on the map, and their summary.
+// The rest of the running plan, simulated several times: tracks, circles and their summary.
 import { ask, duration, isChosen, make, page, post, press, repeat, store, write } from "./page.js";
 import { makeLayer } from "./map_layer.js";
 
@@ -41,7 +41,7 @@ async function look() {
   if (vehicle !== wanted) return;
   if (!answer.ok) clear(answer.text);
   else if (answer.on) show(answer);
-  else turn("", answer.text || "ended: nobody has looked, or a forecast of another vehicle was begun");
+  else turn("", answer.text || "ended: unused, or replaced by one of another vehicle");
 }
 
 // It ends by itself when no page asks for it.
@@ -49,7 +49,7 @@ toggle.onclick = async () => {
   if (wanted) { turn(""); return; }
   const vehicle = store.chosen;
   if (!isChosen(vehicle)) return;
-  turn(vehicle, "simulating the rest of the plan: the first run takes some seconds");
+  turn(vehicle, "simulating: it takes some seconds");
   const horizon = Number(page.forecastHorizon.value), current = Number(page.forecastCurrent.value);
   const answer = await post("forecast", { vehicle, horizon, current });
   if (!answer.ok && vehicle === wanted) turn("", answer.text);

@@ -26,6 +26,6 @@ function draw() {
       return row(entity, cell(state, `whole ${KINDS[state] ?? ""}`), cause, times[at].at);
     }));
   }
-  for (const { at, since } of times) at.textContent = duration(Math.max(0, store.now - since)); // times may be rounded up
+  for (const { at, since } of times) at.textContent = duration(Math.max(0, store.now - since));
 }
 export { draw, draw as choose };

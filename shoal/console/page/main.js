@@ -11,7 +11,7 @@ export { store }; // for tests
 // Modules of index.html. Each may have `draw` for a frame, `choose` after a choice, `open` when it comes into view.
 const views = {};
 for (const { href, dataset } of document.querySelectorAll("link[data-module]")) views[dataset.module] = await import(href);
-const labels = byName(); // displayable names, also of vehicles that are no longer known
+const labels = byName(); // displayable names, also of lost vehicles
 const tabs = document.querySelectorAll("[role=tab]");
 let received = performance.now(), opened = received;
 let listed = ""; // the options of the list of vehicles
@@ -68,7 +68,7 @@ function chooseVehicle() {
   const names = Object.keys(store.vehicles).sort();
   for (const name of names) labels[name] = store.vehicles[name].system?.name ?? name;
   // Orders must not go to another vehicle because one has dropped out: the choice of the operator stays.
-  const owner = store.replay?.owner; // a log also has the systems around the vehicle that wrote it
+  const owner = store.replay?.owner; // a log also has other systems
   const first = [owner, store.chosen].find((name) => names.includes(name)) ?? names[0];
   if (first !== store.chosen && !store.byUser && names.length) {
     if (store.chosen && !owner) say(`${labels[store.chosen]} is gone: ${labels[first]} is chosen now`, "warn");

@@ -1,4 +1,4 @@
-// On the map: vehicles with heading and uncertainty, tracks colored by depth, plans; tiles of the console only.
+// On the map: vehicles with heading and uncertainty, tracks colored by depth, plans, tiles.
 import { ask, isOld, make, page, placeOf, store, untilDone, write } from "./page.js";
 import { DEEPEST, L, makeLayer, map } from "./map_layer.js";
 
@@ -7,7 +7,7 @@ const CONTOUR = "#4a7d9c", PLAN = "#7b3294", UNCERTAINTY = "#0b57a4";
 const GRID = { color: "#7d93a3", weight: 0.6 };
 const RETRY = 5000; // ms until contours are asked for again
 const STEP = 10; // m
-const FARTHER = 2; // zoom levels at which tiles are drawn smaller: each level needs four times as many
+const FARTHER = 2; // zoom levels at which tiles are smaller: each needs four times as many
 const GRATICULE = [10, 1, 0.1, 0.01, 0.001].flatMap((each) => [each, each / 2, each / 5]); // degrees
 
 const grid = makeLayer(), contours = makeLayer(), plan = makeLayer();
@@ -138,4 +138,4 @@ if (map) {
     const away = here ? `, ${map.distance(here, latlng).toFixed(0)} m from the vehicle` : "";
     write(page.cursor, `${lat.toFixed(6)}°, ${lng.toFixed(6)}°${away}`);
   });
-} else page.map.textContent = "Leaflet is not installed (pip install 'shoal[console]'): there is no map.";
+} else page.map.textContent = "no map: pip install 'shoal[console]' installs Leaflet";

@@ -2,7 +2,7 @@
 import { ask, button, cell, failed, fill, fillOptions, isChosen, make, makeLatest, order, page, row, say, small, store,
   write } from "./page.js";
 
-const PATIENCE = 20000; // ms: a vehicle that gives no types is asked for them all the same
+const PATIENCE = 20000; // ms: a vehicle may give no types
 
 const select = page.entity, latest = makeLatest();
 let owner = ""; // the vehicle whose entities are listed

@@ -1,4 +1,4 @@
-// A plan drawn on the map: points, survey areas, loiters and stations, each with its depth and speed.
+// A plan drawn on the map: points, survey areas, loiters and stations.
 import { button, fill, make, makeLatest, page, post, store, write } from "./page.js";
 import { makeLayer, map } from "./map_layer.js";
 

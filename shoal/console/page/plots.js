@@ -1,4 +1,4 @@
-// Fields of any message over time, each in a plot of its own; all plots have one cursor.
+// Fields of any message over time, each in a plot of its own, with one cursor.
 import { ask, button, byName, color, failed, fill, isChosen, make, page, say, store } from "./page.js";
 
 const LONGEST = 18000; // points: an hour
@@ -23,7 +23,7 @@ export function makePlot(place, series, data, options) {
   return uPlot ? new uPlot({ width, axes, series, ...options }, data, place) : null;
 }
 
-// Whether the fields are known; an error is told, and asked anew the next time.
+// Whether the fields are known; after an error they are asked for anew.
 async function readFields() {
   if (fields) return true;
   const answer = await ask("fields");

@@ -2,7 +2,7 @@
 import { duration, failed, page, post, press, say, store, utc, write, writeAnswer } from "./page.js";
 
 const form = page.replay, play = page.replayPlay, speed = page.replaySpeed, time = page.replayTime;
-let wanted = null; // a position that was asked for, and the one that is being answered
+let wanted = null; // the position to ask for next
 let asking = false;
 let held = false; // the slider is in the user's hand
 
@@ -48,7 +48,7 @@ time.oninput = () => { held = true; seek(); };
 // A slider that is let go where it was has not changed.
 time.onchange = time.onpointerup = time.onblur = () => { held = false; };
 page.resume.onclick = async () => {
-  say("resuming from here: the run is repeated up to this time");
+  say("repeating the run up to this time");
   const seconds = Number(page.resumeSeconds.value), change = page.resumeChange.value;
   writeAnswer(page.result, await post("resume", { position: Number(time.value), seconds, change }));
 };

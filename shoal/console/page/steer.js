@@ -72,7 +72,7 @@ function start() {
   const opened = new WebSocket(`${location.origin.replace("http", "ws")}/steering`);
   socket = opened;
   tick = null;
-  let over = "the connection to the console is lost: steering has ended";
+  let over = "connection lost: steering has ended";
   begin.hidden = true;
   end.hidden = false;
   show(`${vehicle}: asked for steering`);

@@ -3,7 +3,7 @@ import { byName, placeOf } from "./page.js";
 
 const PERIOD = 1; // s between points
 const MOST = 18000; // points
-const PART = 1800; // points that are dropped at once, rarely: the map draws all anew
+const PART = 1800; // points dropped at once: the map then draws all anew
 
 // The tracks that the console has kept.
 export function tracksOf(given) {
