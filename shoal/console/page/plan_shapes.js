@@ -11,7 +11,7 @@ const kinds = Object.fromEntries([...page.drawKind.options].map(({ value, label 
 let shapes = [];
 let corners = []; // of a shape that is not finished
 
-// The plan as text; null if it is none, with the reason beside the list. Draws its path.
+// The plan as text, or null with the reason beside the list. Draws its path.
 export async function readText() {
   const answer = await latest(post("plan-draw", { name: page.drawName.value, shapes }));
   if (!answer) return null;
