@@ -78,6 +78,29 @@ def test_parameters_are_read_when_the_view_opens(page):
     assert page.text("#values td")
 
 
+def test_a_plot_shows_utc_in_any_time_zone(page):
+    page.call("Emulation.setTimezoneOverride", timezoneId="Asia/Tokyo")
+    view(page, "plots")
+    set_value(page, "field", "EstimatedState.depth", "input")
+    page.press("#field-add")
+    legend = "#plots .u-legend tr"
+    point = (
+        "(() => { const box = document.querySelector('#plots .u-over'), { right, top } = box.getBoundingClientRect();"
+    )
+    point += " box.dispatchEvent(new MouseEvent('mousemove', { clientX: right - 2, clientY: top + 5 })); })()"
+    now = "new Date(Math.round(1000 * (await import('/files/main.js')).store.now)).toISOString().slice(11, 13)"
+
+    def shown() -> str:
+        page.run(point)
+        return page.text(legend)
+
+    until(lambda: ":" in shown(), PATIENCE, told=shown)
+    hour = int(page.run(f"(async () => {now})()"))
+    assert shown().startswith("UTC")
+    assert int(shown().removeprefix("UTC").partition(":")[0]) in ((hour - 1) % 24, hour)
+    page.call("Emulation.setTimezoneOverride", timezoneId="")
+
+
 @pytest.mark.parametrize("width", [1280, 360])
 def test_the_stick_covers_no_words(page, width):
     page.set_size(width, 800)

@@ -1,6 +1,7 @@
 """Two operators in two browsers on the vehicle's own page: passwords, and the lease that goes from one to the other."""
 
 import json
+import re
 
 import pytest
 
@@ -17,9 +18,16 @@ pytestmark = pytest.mark.browser
 def log_in(tab: Browser, address: str, name: str) -> None:
     tab.open(address)
     until(lambda: tab.run("!document.getElementById('login').hidden"), told=lambda: tab.text("#result"))
-    for field, value in (("user", name), ("password", PASSWORD)):
-        tab.run(f"document.getElementById('{field}').value = {json.dumps(value)}")
-    tab.press("#login button")
+
+    def give(password: str) -> None:
+        for field, value in (("user", name), ("password", password)):
+            tab.run(f"document.getElementById('{field}').value = {json.dumps(value)}")
+        tab.press("#login button")
+
+    give("wrong")
+    # The refusal stays when the page asks again whether it is logged in.
+    until(lambda: re.search(r"^(?!Log in).+\. Log in:", tab.text("#result")), told=lambda: tab.text("#result"))
+    give(PASSWORD)
     until(lambda: tab.text("#me") == f"{name} (operate)", told=lambda: tab.text("#result"))
     until(lambda: "service" in tab.text("#summary"), 60.0, told=lambda: tab.text("#summary"))
 
@@ -58,4 +66,5 @@ def test_two_operators_hand_over_the_lease(tmp_path):
         ben.press("#logout")
         until(lambda: ben.text("#me") == "" and ben.run("document.getElementById('login')?.hidden === false"))
         until(lambda: lease(anna) == "nobody commands", 45.0, told=lambda: lease(anna))
-        assert (anna.errors, ben.errors) == ([], [])
+        refused = "403"  # the wrong passwords
+        assert not [each for each in (*anna.errors, *ben.errors) if refused not in each]
