@@ -154,7 +154,7 @@ class RemoteActionsTask(Task):
 class ThrustActionsTask(RemoteActionsTask):
     """Turns RemoteActions into thrust and heading rate."""
 
-    buttons = BUTTONS
+    buttons: ClassVar[tuple[str, ...]] = BUTTONS
 
     buttons_only: bool = param(False, "", "Offer buttons for thrust, but no axis.", name="Disable Analog Thrust")
     maximum_thrust: float = param(

@@ -16,7 +16,7 @@ from support.wkb import geometries
 from world.charts import FORMATS, ChartWindow, read_chart
 from world.sea import Bathymetry, BathymetryError
 
-DRIVERS = {".000": ("S57",), ".kml": ("KML", "LIBKML"), ".gpx": ("GPX",)}
+DRIVERS: dict[str, tuple[str, ...]] = {".000": ("S57",), ".kml": ("KML", "LIBKML"), ".gpx": ("GPX",)}
 STARTS = {
     ".000": re.compile(rb"\d{5}[ 0-9][ A-Z]"),
     ".kml": re.compile(rb"<(\w+:)?kml\b"),

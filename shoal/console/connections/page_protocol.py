@@ -41,7 +41,7 @@ class PageProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         self._number = transport.get_extra_info("socket").fileno()
-        self.app_state = {**self.app_state, CLIENT_CERTIFICATE: _certificate_of(transport)}
+        self.app_state: dict[str, Any] = {**self.app_state, CLIENT_CERTIFICATE: _certificate_of(transport)}
         self._await_request(HEAD)
 
     def connection_lost(self, exc: Exception | None) -> None:

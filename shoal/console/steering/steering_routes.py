@@ -10,6 +10,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from shoal.console.access.authority import Authority, AuthorityError
 from shoal.console.access.page_sessions import Access, PageSession
+from shoal.console.access.users import Role
 from shoal.console.json_request import read_object
 from shoal.console.page_feed import encode
 from shoal.console.steering.remote_steering import NEUTRAL, RemoteSteering, SteeringError, StickPosition
@@ -63,6 +64,7 @@ class SteeringRoutes:
         try:
             vehicle = self._find_vehicle(named)
             name = vehicle.system.name
+            self._authority.require_role(session.user, Role.OPERATE)
             if name in self._steered:
                 raise AuthorityError("another page steers this vehicle")
             self._authority.require_operator(session, name)

@@ -1,6 +1,7 @@
 """Lets an operator steer a multirotor."""
 
 import math
+from typing import ClassVar
 
 import imc
 from autonomy.control import AXES, RemoteActionsReader
@@ -22,8 +23,8 @@ class RemoteOperation(RemoteActionsTask):
     limits of altitude.
     """
 
-    axes = AXES
-    loops = Loops.VELOCITY
+    axes: ClassVar[tuple[str, ...]] = AXES
+    loops: ClassVar[int] = Loops.VELOCITY
 
     maximum_speed: float = param(5.0, "m/s", "Speed over ground at full deflection.", minimum=0.1)
     maximum_climb_rate: float = param(2.0, "m/s", "Climb at full deflection.", minimum=0.1)

@@ -4,7 +4,7 @@ import io
 import json
 import math
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class TransmittingCameraTask(Task):
     (s since 1970), `index` of the frame, and `lens`, its camera as in cameras.yaml; null if that is unknown.
     """
 
-    transient = ("_requests", "_lens")
+    transient: ClassVar[tuple[str, ...]] = ("_requests", "_lens")
 
     def configure(self) -> None:
         self._requests = PictureRequests()
