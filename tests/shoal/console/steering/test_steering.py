@@ -40,6 +40,11 @@ def rests(page: OperatorPage) -> bool:
     return state(page, "plan")["motors"] == "at rest"
 
 
+def refusal(page: OperatorPage) -> str:
+    with steering_pilot(page, NAME) as pilot:
+        return pilot.wait_for_end()
+
+
 def test_the_boat_follows_the_stick_while_it_is_held_and_rests_when_it_is_let_go(page):
     with steering_pilot(page, NAME) as pilot:
         pilot.wait_until_steered()
@@ -80,6 +85,8 @@ def test_one_page_steers_and_only_who_may_operate_and_has_the_lease(page):
     anna, wanda = (page.another(user=name, password=PASSWORD) for name in ("anna", "wanda"))
     with steering_pilot(wanda, NAME) as pilot:
         assert pilot.wait_for_end() == "wanda may watch: this needs the role operate"
+    page.lease(NAME, "take")
+    until(lambda: refusal(anna) == "local commands this vehicle: take the lease first")  # the one before has ended
     with steering_pilot(page, NAME) as first:
         first.wait_until_steered()
         with steering_pilot(page, NAME) as second:
