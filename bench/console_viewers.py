@@ -20,6 +20,7 @@ from subprocess import DEVNULL, Popen
 from threading import Thread
 
 import numpy as np
+from websockets.sync.client import ClientConnection
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -76,8 +77,8 @@ def viewers(page: OperatorPage, count: int) -> Iterator[list[int]]:
             frames = page.frames(max_size=None)
             stack.callback(frames.close)
 
-            def take(number: int = number, frames: object = frames) -> None:
-                for _ in frames:  # type: ignore[attr-defined]
+            def take(number: int = number, frames: ClientConnection = frames) -> None:
+                for _ in frames:
                     taken[number] += 1
 
             Thread(target=take, daemon=True).start()

@@ -38,7 +38,7 @@ class PageProtocol(H11Protocol):
         self._has_head = self._is_upgraded = False
         self._unread: asyncio.TimerHandle | None = None
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+    def connection_made(self, transport: asyncio.Transport) -> None:
         super().connection_made(transport)
         self._number = transport.get_extra_info("socket").fileno()
         self.app_state: dict[str, Any] = {**self.app_state, CLIENT_CERTIFICATE: _certificate_of(transport)}

@@ -60,12 +60,12 @@ def test_charts_are_drawn_and_their_names_are_text(page):
     until(lambda: "harbor" in page.text("#map .leaflet-control-layers"))
     assert page.run("document.querySelector('#map .leaflet-control-layers b')") is None
     until(lambda: page.run("import('/files/map_layer.js').then(({ map }) => Object.keys(map._layers).length)") > 5)
-    found = page.run(
-        "import('/files/map_layer.js').then(({ map }) => new Promise((done) => { map.eachLayer((layer) => {"
+    script = (
+        "import('/files/map_layer.js').then(({ map }) => { let found = ''; map.eachLayer((layer) => {"
         " const tip = layer.getTooltip?.()?.getContent();"
-        " if (tip?.textContent?.includes('land')) done(tip.textContent); });"
-        " setTimeout(() => done(''), 3000); }))"
+        " if (tip?.textContent?.includes('land')) found = tip.textContent; }); return found; })"
     )
+    found = until(lambda: page.run(script))
     assert found == f"land · {HOSTILE}"
     assert page.run("window.hacked") is None
 
