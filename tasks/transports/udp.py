@@ -1,6 +1,6 @@
 """IMC over UDP, for Neptus, DUNE, imcjava and imcpy."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from socket import socket
 
 import imc
@@ -15,6 +15,7 @@ from support.log_limit import LogLimit
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, SPOOFED, sender_text
 from tasks.transports.imc_links.datagram_link import DatagramLinkTask
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
+from tasks.transports.imc_links.large_answers import LargeAnswers
 from tasks.transports.imc_links.peer_table import (
     MALFORMED,
     MOST_PEERS,
@@ -30,6 +31,7 @@ from tasks.transports.imc_links.stream_links import StreamLinkTask
 
 PORTS_TRIED = 5  # from Local Port on, as in DUNE
 OUT_OF_RANGE = "out of range"
+NOTED = frozenset({ANNOUNCE, imc.ImageTxSettings.ID})  # what this task itself has to know
 BREAK = 1.0  # s between two greetings of one system
 REPEATS = 1024  # forwarded packets that are remembered
 WHY = {
@@ -155,11 +157,13 @@ class UDP(DatagramLinkTask):
                 peer.commands = True
             if forwards:
                 self.transmit(message, packet)
-            if peer is before and address is place and kind != ANNOUNCE:
+            if peer is before and address is place and kind not in NOTED:
                 continue  # most packets of a burst need no more than this
             before, place = peer, address
             if isinstance(message, imc.Announce):
                 self.on_announce(message)
+            elif isinstance(message, imc.ImageTxSettings):
+                self.on_picture_request(message)
             peer.heard, peer.taken = now, True
             if peer.source == address:
                 peer.last_from_source = now
@@ -240,11 +244,20 @@ class UDP(DatagramLinkTask):
         if self.socket is None or (source != self.system and self.forwarded.is_duplicate(packet)):
             return
         own, kind = source == self.system, message.ID
+        receivers = self.large_answers.receivers(message, now) if kind in LargeAnswers.ids else None
         for system, endpoint in self.routes.destinations(message, now):
             if system == source or (own and self.goes_by_stream(system, endpoint.address, kind)):
                 continue
+            if receivers is not None and not self.is_among(receivers, system):
+                continue
             if self.reach is None or self.reach.reaches(system, kind):
                 self.send_to_endpoint(packet, endpoint)
+
+    def is_among(self, receivers: Collection[int], system: int) -> bool:
+        """Whether a system is one of `receivers`; a static destination may be any that is not reached otherwise."""
+        if system != UNKNOWN_SYSTEM:
+            return system in receivers
+        return any(self.peers.find(s) is None and not self.vehicle.bus.is_system_on_transport(s) for s in receivers)
 
     def send_to_endpoint(self, packet: bytes, endpoint: Endpoint) -> None:
         """Send a packet; one that cannot be sent is counted, and the first of each place and reason named."""

@@ -6,13 +6,14 @@ from typing import TypeVar
 import imc
 from imc.console_acl import GENERAL, ConsoleAcl, OrderRefusals
 from imc.schema import message_named
-from runtime import Task, param
+from runtime import Task, consume, param
 from runtime.bus import Subscription
 from runtime.profile import listed_consoles, split_list
 from runtime.task import ParameterError
 from support.diagnostics import ConfigWarning
 from support.terminal_text import corrected_spelling, quoted, suggestion
 from tasks.transports.imc_links.custom_filters import parse_custom
+from tasks.transports.imc_links.large_answers import LargeAnswers
 from tasks.transports.imc_links.message_list import (
     MessageList,
     check_entity_filter,
@@ -21,6 +22,7 @@ from tasks.transports.imc_links.message_list import (
     parse_rate,
 )
 from tasks.transports.imc_links.own_announce import is_for_log
+from tasks.transports.imc_links.sockets import network_time
 
 T = TypeVar("T")
 
@@ -127,11 +129,17 @@ class ImcLinkTask(Task):
 
     def start(self) -> None:
         self.subscriptions: list[Subscription] = []
+        self.large_answers: LargeAnswers = LargeAnswers()
         self.states: dict[tuple[type, int], tuple[imc.Message, bytes]] = {}
         for kind in STATES:
             self.vehicle.bus.subscribe(Subscription(kind, self.keep_state, self, packets=True))
         if self.messages.unknown:
             self.log.warning(f"no such message: {', '.join(self.messages.unknown)}")
+
+    @consume(others=True)
+    def on_picture_request(self, request: imc.ImageTxSettings) -> None:
+        """Note who has asked for pictures; called by a subclass with requests of its own peers."""
+        self.large_answers.on_request(request, network_time(self))
 
     def keep_state(self, state: imc.Message, packet: bytes) -> None:
         if isinstance(state, imc.Announce) and is_for_log(state):

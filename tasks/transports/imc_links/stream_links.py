@@ -16,6 +16,7 @@ from support.duplicate_filter import DuplicateFilter
 from support.text_length import list_first
 from support.token_bucket import TokenBucket
 from tasks.transports.imc_links.datagram_filter import SPOOFED
+from tasks.transports.imc_links.large_answers import LargeAnswers
 from tasks.transports.imc_links.link_task import ImcLinkTask
 from tasks.transports.imc_links.own_announce import is_for_log
 from tasks.transports.imc_links.peer_table import MALFORMED, ON_THE_BUS, DropCounts
@@ -257,6 +258,8 @@ class StreamLinkTask(ImcLinkTask):
         stream.taken += 1
         stream.heard, stream.commands = network_time(self), stream.commands or kind not in REPORTS
         stream.add_system(head.src, stream.heard)
+        if isinstance(message, imc.ImageTxSettings):
+            self.on_picture_request(message)
         self.on_message(stream, message)
         if not self.local_messages_only:
             self.transmit(message, packet)
@@ -268,7 +271,12 @@ class StreamLinkTask(ImcLinkTask):
             return
         if message.src != self.system and self.forwarded.is_duplicate(packet):
             return  # two that forward would never end
+        receivers = None
+        if message.ID in LargeAnswers.ids:
+            receivers = self.large_answers.receivers(message, network_time(self))
         for stream in self.streams.copy():
+            if receivers is not None and stream.systems.keys().isdisjoint(receivers):
+                continue
             if not stream.greeted or stream.deaf is not None or message.src in stream.systems or self.withholds(stream):
                 continue
             stream.waiting += packet
