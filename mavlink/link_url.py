@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from ipaddress import ip_address
 
 from imc.discovery import LOOPBACK, is_ip_address
@@ -60,6 +60,11 @@ class LinkUrl:
     @property
     def address(self) -> tuple[str, int]:
         return self.host, self.port
+
+    def at_port(self, port: int) -> "LinkUrl":
+        """The link at another port of the same address."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return replace(self, port=port, text=f"{self.scheme}://{host}:{port}")
 
     @property
     def has_hostname(self) -> bool:

@@ -28,6 +28,12 @@ def test_link(text, scheme, address, flavor):
     assert (url.scheme, url.address, url.flavor.name) == (scheme, address, flavor)
 
 
+def test_a_link_at_another_port():
+    for text in ("udpin:127.0.0.1:14551:px4", "tcpin://[::1]:14551?flavor=px4"):
+        moved = parse_link_url(text).at_port(9)
+        assert parse_link_url(f"{moved.text}?flavor=px4") == moved
+
+
 def test_options():
     url = parse_link_url("serial:///dev/ttyUSB0?rates=low&key=/etc/shoal/mavlink.key&unsigned=accept&baud=9600")
     assert (url.low, url.key, url.accepts_unsigned, url.requires_signing) == (

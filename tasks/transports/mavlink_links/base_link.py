@@ -1,6 +1,7 @@
 """Links: what datagrams and streams of bytes have in common, from the frames that arrive to the sessions."""
 
 import errno
+import os
 from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -19,6 +20,7 @@ Peer = tuple[Any, ...]
 
 LARGE = 256.0  # bytes that cost as much as a message
 OTHERS = ("others", 0)
+PORTS_TRIED = 10  # from that of a link on
 SILENCE = 5.0  # s after which a station may have to make room for another
 
 
@@ -101,10 +103,29 @@ class Link:
         if not self.is_open:
             self.open()
 
+    def listen(self, bind: Callable[[int], None]) -> None:
+        """Bind to the port of the link or, if it is taken, as by another vehicle, to the next free one. Raises OSError.
+
+        `url` then has this port.
+        """
+        wanted = self.url
+        for port in range(wanted.port, min(wanted.port + PORTS_TRIED, 65536)):
+            try:
+                bind(port)
+            except OSError as error:
+                if error.errno != errno.EADDRINUSE:
+                    raise
+                continue
+            if port != wanted.port:
+                self.url: LinkUrl = wanted.at_port(port)
+                self._host.log.warning(f"{wanted.text} is taken: ground stations connect to {self.url.text}")
+            return
+        raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
+
     def log_failure(self, error: Exception) -> None:
         reason = f"{self.url.text}: {getattr(error, 'strerror', '') or error}"
         if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-            reason += " by another vehicle or program; tried again until it is free, or change the port in Links"
+            reason += f", as are the next {PORTS_TRIED - 1} ports; tried again, or change the port in Links"
         if reason != self.trouble:
             self._host.log.error(reason)
         self.trouble: str = reason

@@ -197,7 +197,7 @@ class TcpListenerLink(Link):
             made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # connections of an earlier run may linger
             if made.family == socket.AF_INET6:
                 made.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            made.bind(self.url.address)
+            self.listen(lambda port: made.bind((self.url.host, port)))
             made.listen()
         except OSError:
             made.close()

@@ -82,7 +82,7 @@ class UdpLink(Link):
             if self.url.scheme == "udpin":
                 if made.family == socket.AF_INET6:
                     made.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-                made.bind(place)
+                self.listen(lambda port: made.bind((host, port)))
             elif self.url.scheme == "udpout":
                 made.connect(place)
                 self._called = made.getpeername()

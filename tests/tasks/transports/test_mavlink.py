@@ -12,7 +12,7 @@ from runtime import State
 from runtime.kernel import ScaledClock, WallClock
 from runtime.testing import simulate
 from tasks.transports.mavlink import MAVLink
-from tasks.transports.mavlink_links import ground_links
+from tasks.transports.mavlink_links import base_link, ground_links
 from tasks.transports.mavlink_replay import MAVLinkReplay
 from tests.outside import IN_USE, free_port, free_ports
 from tests.tasks.transports.mavlink_station import HOST, STATE, Station, Winch, mavlink, sail
@@ -31,18 +31,19 @@ def test_bad_link_is_a_fault_and_the_others_go_on():
     assert sum("nonsense" in text for text in run.log) == 1
 
 
-def test_port_in_use_is_an_error_until_it_is_free():
+def test_ports_in_use_are_an_error_until_one_is_free(monkeypatch):
     async def script(control):
         await control.sleep(2.0)
         entity = mavlink(control).entity
         assert entity.state is State.ERROR
-        assert f"udpin:{HOST}:{port}:px4: {IN_USE} by another vehicle or program" in entity.description
+        assert f"udpin:{HOST}:{port}:px4: {IN_USE}, as are the next" in entity.description
         taken.close()
         await control.sleep(2.0)
         assert entity.state is State.NORMAL
         station = Station(control)
         await station.meet((HOST, port))
 
+    monkeypatch.setattr(base_link, "PORTS_TRIED", 1)
     taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     taken.bind((HOST, 0))
     port = taken.getsockname()[1]
