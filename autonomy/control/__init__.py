@@ -12,7 +12,7 @@ from autonomy.control.fin_allocation import Fins, allocate_fins, fin_torques
 from autonomy.control.flight_phase import FlightPhase
 from autonomy.control.heading_controller import HORIZONTAL, HeadingController
 from autonomy.control.immersion_detector import ImmersionDetector
-from autonomy.control.landing_reasons import LandingReasons
+from autonomy.control.landing_reasons import LOW_BATTERY, LandingReasons
 from autonomy.control.measured_depth import DepthCondition, MeasuredDepth
 from autonomy.control.message_delay import MessageDelay
 from autonomy.control.multirotor_tilt_and_thrust import GRAVITY, rotor_actuation, tilt_and_thrust
@@ -37,6 +37,7 @@ __all__ = [
     "BUTTONS",
     "GRAVITY",
     "HORIZONTAL",
+    "LOW_BATTERY",
     "PID",
     "STANDSTILL",
     "AscentMonitor",

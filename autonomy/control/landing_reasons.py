@@ -6,6 +6,7 @@ import imc
 
 Mode = imc.VehicleState.OpMode
 UNCOMMANDED = (Mode.SERVICE, Mode.ERROR, Mode.BOOT)
+LOW_BATTERY = "the battery is low"
 
 
 class LandingReasons:
@@ -29,7 +30,7 @@ class LandingReasons:
         error (s, 0 for never), `hovers` is whether it hovers and nothing controls it.
         """
         if self.fuel < lowest:
-            return "the battery is low"
+            return LOW_BATTERY
         waits = hovers and self._mode in UNCOMMANDED
         self._waited = self._waited + dt if waits else 0.0
         limit = timeouts[1] if self.erred else timeouts[0]

@@ -17,6 +17,7 @@ ALL_LOOPS = 0xFFFFFFFF
 EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
 NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION, SHORTEST_ANSWER = 15.0, 0.1  # s
+LATE_COMMAND = 5.0  # s before an Abort in which a command was sent that does not count any more
 PLANLESS = 3.0  # s that a maneuver of the own plan engine may last without a plan
 BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
@@ -54,6 +55,7 @@ class Vehicle(Task):
         self._missed_beats = -1
         self._planned, self._planless_since = False, math.inf
         self._last_error, self._last_error_time = "", -1.0
+        self._aborted_at = -math.inf
         self._abort_lines = LogLimit("more Aborts come")
         self._waiting: Timer | None = None
         self._executor, self._reported = NOBODY, self.now
@@ -139,6 +141,7 @@ class Vehicle(Task):
         reason = f"{entity}: {self._complaints[abort.src_ent]}" if ours else ""
         self._note(reason or f"got abort request from system {system} - {abort.src} @ {entity}")
         self._abort_lines.write(self.log.error, self._last_error, self.now)
+        self._aborted_at = self.now
         self._reset(Mode.ERROR)
         self.publish(imc.Aborted())
 
@@ -195,6 +198,8 @@ class Vehicle(Task):
             self._answer(request, "cannot start a maneuver in EXTERNAL mode", failed=True)
         elif request.maneuver is None:
             self._answer(request, "no maneuver given", failed=True)
+        elif request.src == self.system and 0.0 <= self._aborted_at - request.timestamp <= LATE_COMMAND:
+            self._answer(request, "it was aborted before it began", failed=True)
         else:
             self._begin(request.maneuver)
             self._planned = request.src == self.system

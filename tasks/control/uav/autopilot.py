@@ -6,6 +6,7 @@ from functools import partial
 import imc
 from autonomy.control import (
     GRAVITY,
+    LOW_BATTERY,
     BlindDescent,
     EnabledLoops,
     FlightPhase,
@@ -30,6 +31,7 @@ ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is f
 LOW = 1.0  # m; a vehicle that has not been so high above the ground since its takeoff may still stand there
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 LEVEL: Vector = (0.0, 0.0, 1.0)
+REPEATED = "the power fails again and again"
 
 
 class Autopilot(MultirotorAutopilotTask):
@@ -124,7 +126,7 @@ class Autopilot(MultirotorAutopilotTask):
         self._advance()
         self._dips.receive(self.now, powered=powered)
         if self._dips.has_repeated(self.now):
-            self._land("the power fails again and again")
+            self._land(REPEATED)
         if powered and (state := self._state) is not None and self._phase is not FlightPhase.GROUND:
             if self._vertical.fresh_force(self.now) is None:
                 self._descend(state, "power and acceleration failed")
@@ -168,10 +170,8 @@ class Autopilot(MultirotorAutopilotTask):
             self._enter(FlightPhase.HOVER, state)
         self._begun = True
         if self._phase is FlightPhase.GROUND:
-            if self._follows and self._reference[2] < -RISES and self._can_fly:
-                self._landing, self._starts, self._floor = "", True, state.alt
-                self._enter(FlightPhase.FOLLOW, state)
-                self._fly(state, 0.0)
+            if self._follows and self._reference[2] < -RISES:
+                self._take_off(state)
         else:
             self._choose(state, min(dt, LONGEST_STEP))
             self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
@@ -233,9 +233,16 @@ class Autopilot(MultirotorAutopilotTask):
         """Specific force (m/s²) along the mast by the commanded thrust."""
         return 0.0 if not self._dips.powered else self._thrust * GRAVITY / self._law.weight
 
-    @property
-    def _can_fly(self) -> bool:
-        return self._reasons.fuel > self.landing_fuel_level and not self._dips.has_repeated(self.now)
+    def _take_off(self, state: imc.EstimatedState) -> None:
+        """Take off, or report the reason why not, so that the plan ends with it."""
+        reason = REPEATED if self._dips.has_repeated(self.now) else ""
+        reason = LOW_BATTERY if self._reasons.fuel <= self.landing_fuel_level else reason
+        if reason:
+            self.set_entity_state(State.ERROR, f"does not take off: {reason}")
+            return
+        self._landing, self._starts, self._floor = "", True, state.alt
+        self._enter(FlightPhase.FOLLOW, state)
+        self._fly(state, 0.0)
 
     @property
     def _follows(self) -> bool:
@@ -256,7 +263,10 @@ class Autopilot(MultirotorAutopilotTask):
         if phase is FlightPhase.HOVER and self._loops.mask:
             self.set_entity_state(State.ERROR, "timed out while waiting for velocity")
         elif self._phase is not FlightPhase.BLIND:
-            self.set_entity_state(State.NORMAL, self._landing or phase.name.lower())
+            overrides = (
+                self._landing and self._loops.mask
+            )  # the plan ends with this reason, not as it makes no progress
+            self.set_entity_state(State.ERROR if overrides else State.NORMAL, self._landing or phase.name.lower())
 
     def _land(self, reason: str) -> None:
         if not self._landing and self._phase is not FlightPhase.GROUND:
