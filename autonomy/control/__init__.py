@@ -2,7 +2,7 @@
 
 from autonomy.control.attitude_controller import AttitudeController, AttitudeGains, AttitudeReference
 from autonomy.control.blind_descent import DESCENT as BLIND_DESCENT
-from autonomy.control.blind_descent import BlindDescent
+from autonomy.control.blind_descent import RECOVERY, BlindDescent
 from autonomy.control.bottom_depth_filter import BottomEstimator
 from autonomy.control.depth_controller import DepthController, DepthGains
 from autonomy.control.differential_thrust import allocate_thrust, forces_to_actuations
@@ -39,6 +39,7 @@ __all__ = [
     "HORIZONTAL",
     "LOW_BATTERY",
     "PID",
+    "RECOVERY",
     "STANDSTILL",
     "AscentMonitor",
     "AttitudeController",

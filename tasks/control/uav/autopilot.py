@@ -7,6 +7,7 @@ import imc
 from autonomy.control import (
     GRAVITY,
     LOW_BATTERY,
+    RECOVERY,
     BlindDescent,
     EnabledLoops,
     FlightPhase,
@@ -26,6 +27,7 @@ from support.rotations import Vector, rotation
 from tasks.control.uav.multirotor_parameters import MultirotorAutopilotTask
 
 LONGEST_STEP, BLIND_STEP = 1.0, 0.1  # s
+GAP = 2.0  # State Timeouts without a state that it flies over
 UNKNOWN_MOTION = 0.5  # s in which the process stood still, after which the height starts anew
 ALOFT = 2.0  # m; above this altitude at the start of the task, the vehicle is flying
 LOW = 1.0  # m; a vehicle that has not been so high above the ground since its takeoff may still stand there
@@ -39,9 +41,9 @@ class Autopilot(MultirotorAutopilotTask):
 
     The rotors rest on the ground until a climb is commanded. It lands where it is after an Abort, if a takeoff is
     stopped as it begins, if it hovers without a maneuver for `Idle Timeout` (after an error, `Error Timeout`), if the
-    power fails repeatedly, and always below `Landing Fuel Level`. Without EstimatedState, or if barometer and
-    accelerometer contradict it, it descends level by these or by the thrust that carries it; the second time in two
-    minutes, to the ground. Limits of altitude apply.
+    power fails repeatedly, and always below `Landing Fuel Level`. Without EstimatedState for two `State Timeout`, or if
+    barometer and accelerometer contradict it, it descends level by these or by the thrust that carries it; the second
+    time in two minutes, to the ground. Limits of altitude apply.
     """
 
     def configure(self) -> None:
@@ -51,19 +53,17 @@ class Autopilot(MultirotorAutopilotTask):
         self._law.set_gains(self.gains)
 
     def start(self) -> None:
-        self._loops = EnabledLoops(imc.CLoopsMask.VELOCITY)
-        self._dips = getattr(self, "_dips", PowerDips())
+        self._loops, self._dips = EnabledLoops(imc.CLoopsMask.VELOCITY), getattr(self, "_dips", PowerDips())
         self._touchdown, self._vertical = TouchdownDetector(self._dips), VerticalSpeedEstimator()
         self._advanced, self._mast, self._floor = self.now, LEVEL, 0.0
         landed = getattr(self, "_begun", False) and self._phase is FlightPhase.GROUND
         self._phase, self._begun = FlightPhase.GROUND, landed  # one that has landed stays there, at any altitude
         self._state: imc.EstimatedState | None = None
         self._stated = self._resumed = self._referred = -math.inf
-        self._starts = False
+        self._starts, self._reasons = False, LandingReasons()
         self._reference: Vector = (0.0, 0.0, 0.0)
         self._heading: float | None = None
         self._landing, self._blind = getattr(self, "_landing", ""), getattr(self, "_blind", BlindDescent())
-        self._reasons = LandingReasons()
         self._rest()
         self.publish_status()
 
@@ -156,6 +156,8 @@ class Autopilot(MultirotorAutopilotTask):
             self._vertical.resume()
         if silent > self.state_timeout:
             self._resumed = self.now
+            if silent <= GAP * self.state_timeout:
+                self._referred += silent  # without states nobody could lead it
         self._advance()
         apart = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
         why = self._vertical.fault or ("EstimatedState contradicts barometer and accelerometer" if apart else "")
@@ -169,39 +171,55 @@ class Autopilot(MultirotorAutopilotTask):
             self.log.warning("started in the air")
             self._enter(FlightPhase.HOVER, state)
         self._begun = True
-        if self._phase is FlightPhase.GROUND:
-            if self._follows and self._reference[2] < -RISES:
-                self._take_off(state)
-        else:
+        if self._phase is not FlightPhase.GROUND:
             self._choose(state, min(dt, LONGEST_STEP))
             self._fly(state, dt if 0.0 < dt <= LONGEST_STEP else 0.0)
+        elif self._follows and self._reference[2] < -RISES:
+            self._take_off(state)
 
     @periodic(1.0 / BLIND_STEP)
     def descend_without_state(self, periods: int) -> None:
-        """Descend level if EstimatedState is missing."""
-        state = self._state
+        """Descend level if EstimatedState is missing; in a short gap keep the height, or go on landing."""
+        state, silent = self._state, self.age(self._stated)
         if state is None or self._phase is FlightPhase.GROUND:
             return
-        if self.age(self._stated) > self.state_timeout:
+        if silent > self.state_timeout and not self._bridges(silent):
             self._descend(state, "EstimatedState is missing")
         if self._phase is FlightPhase.BLIND:
             self._advance()
             self._descend_level(state, periods * BLIND_STEP)
+        elif silent > self.state_timeout:
+            self._advance()
+            self._command_level(periods * BLIND_STEP, min(max(0.0, self._law.velocity[2]), self._usual_descent))
 
-    def _descend_level(self, state: imc.EstimatedState, step: float) -> None:
-        """Command a level descent, `step` s after the last command."""
-        vertical, touchdown, now = self._vertical, self._touchdown, self.now
-        falling = vertical.speed if vertical.has_speed(now) else None
-        if falling is not None:
-            self._blind.note_altitude(vertical.height)
-        above = vertical.highest(now) > self._ceiling
-        descent = self._dips.descent(now, self._law.blind_descent_rate(vertical.measured_height(now)))
-        lost = self._dips.take_lost_time(now)
+    @property
+    def _usual_descent(self) -> float:
+        return self._law.blind_descent_rate(self._vertical.measured_height(self.now))
+
+    def _bridges(self, silent: float) -> bool:
+        """Whether it does without a state for `silent` s: its speed is measured, and the last gap was long ago."""
+        measured = self._vertical.has_speed(self.now) and self._vertical.fresh_force(self.now) is not None
+        settled = self._stated - self._resumed >= RECOVERY and not self._dips.has_repeated(self.now)
+        return measured and settled and silent <= GAP * self.state_timeout and self._phase is not FlightPhase.BLIND
+
+    def _command_level(self, step: float, descent: float) -> tuple[float | None, float]:
+        """Command a level descent (m/s), `step` s after the last command; measured speed, and share of the weight."""
+        vertical, lost = self._vertical, self._dips.take_lost_time(self.now)
+        falling = vertical.speed if vertical.has_speed(self.now) else None
+        above = vertical.highest(self.now) > self._ceiling
         command = self._law.descend_blind(step, falling, lost=lost, descent=descent, above_fence=above)
         self._command(command)
+        return falling, command.thrust / self._law.weight
+
+    def _descend_level(self, state: imc.EstimatedState, step: float) -> None:
+        """Descend without a state, `step` s after the last command, until it is on the ground."""
+        vertical, touchdown, now = self._vertical, self._touchdown, self.now
+        descent = self._dips.descent(now, self._usual_descent)
+        falling, share = self._command_level(step, descent)
         if falling is None:
             self._blind.note_fall(step, self._law.falling)
-        share = command.thrust / self._law.weight
+        else:
+            self._blind.note_altitude(vertical.height)
         stands = touchdown.update(now, descent, falling, share, vertical.fresh_force(now, BLIND_STEP))
         lies = touchdown.lies(now, share, vertical.measured_height(now), vertical.fresh_force(now))
         landing = {"landing_altitude": self.landing_altitude, "landing_rate": self.landing_rate}
@@ -235,10 +253,9 @@ class Autopilot(MultirotorAutopilotTask):
 
     def _take_off(self, state: imc.EstimatedState) -> None:
         """Take off, or report the reason why not, so that the plan ends with it."""
-        reason = REPEATED if self._dips.has_repeated(self.now) else ""
-        reason = LOW_BATTERY if self._reasons.fuel <= self.landing_fuel_level else reason
-        if reason:
-            self.set_entity_state(State.ERROR, f"does not take off: {reason}")
+        low = self._reasons.fuel <= self.landing_fuel_level
+        if low or self._dips.has_repeated(self.now):
+            self.set_entity_state(State.ERROR, f"does not take off: {LOW_BATTERY if low else REPEATED}")
             return
         self._landing, self._starts, self._floor = "", True, state.alt
         self._enter(FlightPhase.FOLLOW, state)

@@ -28,7 +28,12 @@ class MultirotorAutopilotTask(Task):
     landing_altitude: float = param(5.0, "m", "The landing rate applies below this altitude.", minimum=0)
     hover_actuation: float = param(0.7, "1", "Rotor speed that carries the weight, of full.", minimum=0.1, maximum=1)
     reference_timeout: float = param(0.5, "s", "Without a velocity for this long, the vehicle hovers.", minimum=0.1)
-    state_timeout: float = param(0.5, "s", "Without EstimatedState for this long, it descends level.", minimum=0.1)
+    state_timeout: float = param(
+        0.5,
+        "s",
+        "Without EstimatedState for this long, it is level and keeps its height; for twice as long, it descends.",
+        minimum=0.1,
+    )
     idle_timeout: float = param(60.0, "s", "It lands after this time without a maneuver; 0 for never.", minimum=0)
     error_timeout: float = param(10.0, "s", "Idle timeout after an error; 0 for never.", minimum=0)
     landing_fuel_level: float = param(10.0, "%", "The vehicle lands below this battery level.", minimum=0, maximum=100)
