@@ -1,4 +1,4 @@
-"""Limits what is logged of events that others may cause in any number."""
+"""Limits what is logged: of events that others may cause in any number, and of faults that last."""
 
 import math
 from collections.abc import Callable, Hashable
@@ -23,6 +23,24 @@ class LogLimit:
         if is_open or self._is_open:
             log(text if is_open else f"{self._more}, which are not logged one by one")
         self._is_open = is_open
+
+
+class Trouble:
+    """The reason why something does not work, empty while it works; a new one is logged, the same one is not again."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+
+    def report(self, reason: str, log: Callable[[str], object], text: str = "") -> None:
+        """Set the reason; if it is new, `log`, a method of a log book, is called with `text`, by default the reason."""
+        before, self.reason = self.reason, reason
+        if reason != before:
+            log(text or reason)
+
+    def end(self) -> str:
+        """Note that it works; returns the reason why it did not until now, if any."""
+        before, self.reason = self.reason, ""
+        return before
 
 
 class ReportLimit:

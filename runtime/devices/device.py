@@ -10,7 +10,7 @@ from runtime.devices.framing import Splitter
 from runtime.devices.scripted_input import TimedData
 from runtime.kernel import SECOND, Readable
 from support.backoff import Backoff
-from support.log_limit import ReportLimit
+from support.log_limit import ReportLimit, Trouble
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0  # s
 CONNECT_TIMEOUT, CONNECT_PERIOD = 5.0, 0.05  # s
@@ -88,7 +88,7 @@ class Device:
         self._outgoing = bytearray()
         self._flushing = self._closed = self._paused = self._connecting = False
         self._backoff = Backoff(FIRST_RETRY, LAST_RETRY)
-        self._reported = ""
+        self._failure = Trouble()
         self._logged = ReportLimit(LOG_PERIOD)
         self._heard_at = 0
         self._second, self._pieces, self._bytes, self._work = 0, 0, 0, 0
@@ -163,8 +163,7 @@ class Device:
             self._splitter.reset(midway=True)  # the rest of that piece was lost
         self._heard_at = now
         self._backoff.reset()
-        if self._reported:
-            self._reported = ""
+        if self._failure.end():
             self._log.info(f"{self.name} sends again")
         if now - self._second >= SECOND:
             self._second, self._pieces, self._bytes, self._work = now, 0, 0, 0
@@ -278,9 +277,8 @@ class Device:
         self._trouble(named)
         if self._closed:
             return
-        if text != self._reported and self._logged.is_due(text, self._owner.now_ns):
-            self._reported = text
-            self._log.error(named)
+        if text != self._failure.reason and self._logged.is_due(text, self._owner.now_ns):
+            self._failure.report(text, self._log.error, named)
 
     def _drop(self) -> None:
         connection, self._connection = self._connection, None

@@ -8,7 +8,7 @@ from imc.reserved_ids import BROADCAST, OPERATORS, UNKNOWN_SYSTEM
 from runtime import State, Task, consume, param, periodic
 from runtime.network_interfaces import is_loopback_address
 from support.duplicate_filter import DuplicateFilter
-from support.log_limit import LogLimit
+from support.log_limit import LogLimit, Trouble
 from support.token_bucket import TokenBuckets
 from tasks.transports.imc_links import peer_table
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
@@ -87,7 +87,7 @@ class Discovery(Task):
         self.leader: DiscoveryLeader | None = None
         self.follower: DiscoveryFollower | None = None
         self.port = self.refusals = 0
-        self.trouble = ""
+        self.trouble: Trouble = Trouble()
         self.drops: DropCounts = DropCounts()
         self.recent: DuplicateFilter = DuplicateFilter(REMEMBERED)
         self.remote_senders: TokenBuckets = TokenBuckets(RATE, RATE, MOST_SENDERS)
@@ -141,14 +141,11 @@ class Discovery(Task):
                 self.log.warning(f"{why}: listens itself, at port {port}")
             self.port: int = port
             self.reader = DatagramReader(self, sockets, self.on_datagrams)
-            self.trouble: str = ""
+            self.trouble.end()
             return True
         reason = f"{why}; {reason}" if why else reason
-        if reason != self.trouble:
-            self.log.warning(
-                f"receives no announcements, so systems have to announce themselves at its UDP port: {reason}"
-            )
-        self.trouble = reason
+        text = f"receives no announcements, so systems have to announce themselves at its UDP port: {reason}"
+        self.trouble.report(reason, self.log.warning, text)
         return False
 
     def lose_leader(self) -> None:
@@ -183,7 +180,7 @@ class Discovery(Task):
                 leader.close()
                 self.follower = None
         elif leader.welcome:
-            self.trouble = ""
+            self.trouble.end()
             self.refusals: int = 0
 
     def on_datagrams(self, datagrams: list[Datagram]) -> None:
@@ -287,5 +284,5 @@ class Discovery(Task):
         self.clashes = {clash: last for clash, last in self.clashes.items() if network_silence(self, last) < FORGOTTEN}
         names = ", ".join(sorted(run.name for runs in self.seen.values() for run in runs))
         figures = [f"{len(self.seen)} systems within range" + (f": {names}" if names else ""), str(self.drops)]
-        state = State.FAULT if self.trouble or self.clashes else State.NORMAL
-        self.set_entity_state(state, "; ".join(words for words in (self.trouble, *self.clashes, *figures) if words))
+        state = State.FAULT if self.trouble.reason or self.clashes else State.NORMAL
+        self.set_entity_state(state, "; ".join(filter(None, (self.trouble.reason, *self.clashes, *figures))))

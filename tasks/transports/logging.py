@@ -14,6 +14,7 @@ from runtime import Entity, State, Task, consume, param
 from runtime.snapshot import SnapshotError
 from support.file_errors import describe_os_error
 from support.file_names import file_name_part
+from support.log_limit import Trouble
 from tasks.transports.imc_links.own_announce import SYSTEM_TYPES, announcement
 from tasks.transports.log_folder import (
     LogFolder,
@@ -83,7 +84,8 @@ class Logging(Task):
 
     def start(self) -> None:
         self.vehicle.keeps_log = True
-        self._name = self._label = self._trouble = ""
+        self._name = self._label = ""
+        self._trouble = Trouble()
         self._asked: set[int] = set()  # own entities seen in this log
         self._requested: list[float] = []  # when logs were begun by request
         self._wish: str | None = None  # label of a log that is to begin
@@ -124,7 +126,7 @@ class Logging(Task):
         )
         lost = f"{self._lost} messages were lost, from {utc_text(self._lost_since)} on" if self._lost else ""
         if trouble := ", ".join(words for words in (waiting, lost) if words):
-            self.lost = f"{trouble}: {self._trouble}"
+            self.lost = f"{trouble}: {self._trouble.reason}"
             self.log.error(self.lost)
         self._logs.close_without_flush()
 
@@ -197,7 +199,7 @@ class Logging(Task):
         """Begin a log now or, if there were many requests, or the disk is full, as soon as possible."""
         waiting, self._wish = self._wish is not None, label
         if not self._grant() and not waiting:
-            why = self._trouble or f"{MOST_LOGS} logs were requested within {SPAN:g} s"
+            why = self._trouble.reason or f"{MOST_LOGS} logs were requested within {SPAN:g} s"
             self.log.warning(f"the next log begins later, with the label of the last request: {why}")
 
     def _grant(self) -> bool:
@@ -329,19 +331,17 @@ class Logging(Task):
     def _fail(self, error: OSError) -> None:
         """Report the error; the next tick tries again."""
         reason = f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
-        if reason != self._trouble:
-            self._trouble = reason
-            self.log.error(f"messages cannot be recorded: {reason}")
+        self._trouble.report(reason, self.log.error, f"messages cannot be recorded: {reason}")
         if not self._full and self._logs.unwritten_bytes > LONGEST_BACKLOG:
             self._full = True
             self.log.error(f"{LONGEST_BACKLOG // MIB} MiB wait for the disk: from now on messages are lost")
         self.set_entity_state(State.FAILURE, reason)
 
     def _recover(self) -> None:
-        if self._trouble:
+        if reason := self._trouble.end():
             since = f", from {utc_text(self._lost_since)} on" if self._lost else ""
             self.log.warning(f"messages are recorded again; {self._lost} were lost{since}")
             if self._lost:
-                self.lost: str = f"{self._lost} messages were lost{since}: {self._trouble}"
-        self._trouble, self._lost, self._full = "", 0, False
+                self.lost: str = f"{self._lost} messages were lost{since}: {reason}"
+        self._lost, self._full = 0, False
         self.set_entity_state(State.NORMAL, f"recording {self._name}")

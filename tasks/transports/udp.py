@@ -11,7 +11,7 @@ from runtime import State, consume, periodic
 from runtime.network_interfaces import enable_icmp_errors, refused_destinations
 from runtime.udp_sockets import bind_udp_socket
 from support.duplicate_filter import DuplicateFilter
-from support.log_limit import LogLimit
+from support.log_limit import LogLimit, Trouble
 from tasks.transports.imc_links.datagram_filter import ANNOUNCE, SPOOFED, sender_text
 from tasks.transports.imc_links.datagram_link import DatagramLinkTask
 from tasks.transports.imc_links.datagram_socket_reader import DatagramReader
@@ -63,7 +63,7 @@ class UDP(DatagramLinkTask):
         self.streams: list[StreamLinkTask] = [task for task in self.vehicle.tasks if isinstance(task, StreamLinkTask)]
         self.socket: socket | None = None
         self.reader: DatagramReader | None = None
-        self.trouble = ""
+        self.trouble: Trouble = Trouble()
         self.contact_lines: LogLimit = LogLimit("more systems come into contact, or lose it")
         super().start()
         self.open()
@@ -92,14 +92,14 @@ class UDP(DatagramLinkTask):
 
     def open(self) -> None:
         """Listen, at the first port that is free; if that fails, the reason is logged once."""
-        trouble = ""
+        reason = ""
         for port in candidate_ports(self.local_port, PORTS_TRIED):
             try:
                 self.socket = bind_udp_socket(self.place, port, BUFFER)
             except OSError as error:
-                trouble = f"cannot listen at {self.place}: {error.strerror}"
+                reason = f"cannot listen at {self.place}: {error.strerror}"
                 continue
-            self.trouble = ""
+            self.trouble.end()
             self.port = self.socket.getsockname()[1]
             enable_icmp_errors(self.socket)
             self.reader = DatagramReader(self, [self.socket], self.on_datagrams, self.remove_unreachable_peers)
@@ -109,9 +109,7 @@ class UDP(DatagramLinkTask):
             )
             self.refresh_subscriptions()
             return
-        if trouble != self.trouble:
-            self.log.error(trouble)
-        self.trouble: str = trouble
+        self.trouble.report(reason, self.log.error)
 
     @consume(others=True)
     def on_announce(self, other: imc.Announce) -> None:
@@ -299,10 +297,11 @@ class UDP(DatagramLinkTask):
         if moved or lost:
             self.refresh_subscriptions()
         contacts = [self.contact_text(peer, endpoint) for peer, endpoint in self.peers.contacts(network_time(self))]
-        figures = [self.trouble, f"{len(contacts)} in contact" + (f" ({', '.join(contacts)})" if contacts else "")]
+        listed = f" ({', '.join(contacts)})" if contacts else ""
+        figures = [self.trouble.reason, f"{len(contacts)} in contact{listed}"]
         figures += [f"{self.taken} packets taken", str(self.drops), str(self.unsent)]
         figures += [f"{self.missed} came too fast to be read"] if self.missed else []
-        self.set_entity_state(State.ERROR if self.trouble else State.NORMAL, "; ".join(filter(None, figures)))
+        self.set_entity_state(State.ERROR if self.trouble.reason else State.NORMAL, "; ".join(filter(None, figures)))
 
     def contact_text(self, peer: Peer, endpoint: Endpoint) -> str:
         """A system in contact, for the entity's state."""

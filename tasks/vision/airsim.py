@@ -12,6 +12,7 @@ import imc
 from runtime import Frame, ParameterError, State, consume, param, periodic
 from runtime.task import SharedOption
 from support.backoff import Backoff
+from support.log_limit import Trouble
 from support.pose import Pose
 from support.rotations import to_body
 from tasks.pose_history import PoseHistory
@@ -144,7 +145,7 @@ class AirSim(ImageSaverTask):
         self.taken: int = 0
         self.dropped: int = 0
         self.failed: int = 0
-        self._trouble = ""
+        self._trouble = Trouble()
         self._connect()
         self.set_entity_state(State.BOOT, f"connecting to {self._client.exchange.name}")
 
@@ -223,9 +224,8 @@ class AirSim(ImageSaverTask):
         self._backoff.reset()
         while self._client.notes:
             self.log.warning(self._client.notes.pop(0))
-        if self._trouble or not self.taken:
+        if self._trouble.end() or not self.taken:
             self.log.info(f"{self._client.exchange.name} answers")
-            self._trouble = ""
         self.report_entity_state(f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed")
         pose = made.pose.copy()
         pose[:3, 3] -= self.origin
@@ -249,9 +249,7 @@ class AirSim(ImageSaverTask):
         self.failed += 1
         self._next = self.now + self._backoff.fail()
         named = f"{self._client.exchange.name}: {why}"
-        if why != self._trouble:
-            self.log.error(named)
-        self._trouble = why
+        self._trouble.report(why, self.log.error, named)
         self.set_entity_state(State.ERROR, f"{named} ({self.failed} failed)")
 
     def _simulated(self, motion: Kinematics) -> imc.SimulatedState:

@@ -6,6 +6,7 @@ from functools import partial
 
 from runtime import ParameterError, State, param
 from support.backoff import Backoff
+from support.log_limit import Trouble
 from tasks.vision.cameras.external_camera import ExternalCameraTask
 from tasks.vision.cameras.image_sequence import Image, bgr_to_rgba, open_video
 
@@ -44,7 +45,7 @@ class Device(ExternalCameraTask):
 
     def start(self) -> None:
         super().start()
-        self._backoff, self._last, self._trouble = Backoff(FIRST_RETRY, LAST_RETRY), self.now - 1e9, ""
+        self._backoff, self._last, self._trouble = Backoff(FIRST_RETRY, LAST_RETRY), self.now - 1e9, Trouble()
         self._open()
         self.set_entity_state(State.BOOT, f"opening {self.address}")
 
@@ -65,9 +66,8 @@ class Device(ExternalCameraTask):
             return
         self.count_lost(dropped=feed.passed)
         feed.passed = 0
-        if self._trouble:
+        if self._trouble.end():
             self.log.info(f"{self.address} sends again")
-        self._trouble = ""
         self._backoff.reset()
         if self.frame_rate and self.now - self._last < 0.999 / self.frame_rate:
             return
@@ -79,9 +79,7 @@ class Device(ExternalCameraTask):
             return
         self.count_lost(failed=1)
         named = f"{self.address}: {why}"
-        if why != self._trouble:
-            self._trouble = why
-            self.log.error(named)
+        self._trouble.report(why, self.log.error, named)
         self.set_entity_state(State.ERROR, f"{named} ({self.failed} failed)")
         self.after(self._backoff.fail(), self._open)
 

@@ -2,7 +2,7 @@
 
 import math
 
-from support.log_limit import AT_ONCE, RATE, LogLimit, ReportLimit
+from support.log_limit import AT_ONCE, RATE, LogLimit, ReportLimit, Trouble
 
 
 def test_the_first_of_many_lines_are_logged_and_that_there_are_more() -> None:
@@ -40,3 +40,15 @@ def test_a_flood_of_subjects_is_cut_off_until_the_period_is_over() -> None:
     assert not limit.is_due("c", 9.0)
     assert limit.is_due("c", 10.0)
     assert not limit.is_full
+
+
+def test_a_reason_is_logged_when_it_changes_and_its_end_is_noticed_once() -> None:
+    lines: list[str] = []
+    trouble = Trouble()
+    for reason in ("disk full", "disk full", "no disk", "disk full"):
+        trouble.report(reason, lines.append, f"not recorded: {reason}")
+    assert lines == ["not recorded: disk full", "not recorded: no disk", "not recorded: disk full"]
+    assert trouble.reason == "disk full"
+    assert [trouble.end(), trouble.end(), trouble.reason] == ["disk full", "", ""]
+    trouble.report("disk full", lines.append)
+    assert lines[3:] == ["disk full"]

@@ -11,7 +11,7 @@ from mavlink import UNSIGNED, LinkUrl, ReceivedMessage, Signing, StreamSplitter,
 from mavlink.vehicle import DATAGRAM_BURST, DATAGRAMS_PER_SECOND, Session, VehicleEndpoint
 from runtime.bus import DropCounter
 from runtime.devices import DeviceOwner
-from support.log_limit import ReportLimit
+from support.log_limit import ReportLimit, Trouble
 from support.token_bucket import TokenBucket
 from tasks.transports.mavlink_links.signing_keys import SigningKeys
 
@@ -63,7 +63,7 @@ class Link:
         self.sessions: dict[Peer, Session] = {}
         self.counts: Counter[str] = Counter()
         self.dropped: DropCounter[Peer] = DropCounter[Peer](OTHERS)
-        self.trouble = ""
+        self.trouble = Trouble()
         self.signing: Signing | None = None
         self.is_open = False
         self._number = number
@@ -126,9 +126,7 @@ class Link:
         reason = f"{self.url.text}: {getattr(error, 'strerror', '') or error}"
         if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
             reason += f", as are the next {PORTS_TRIED - 1} ports; tried again, or change the port in Links"
-        if reason != self.trouble:
-            self._host.log.error(reason)
-        self.trouble: str = reason
+        self.trouble.report(reason, self._host.log.error)
 
     def receive(self, peer: Peer, data: bytes, splitter: StreamSplitter | None = None) -> int | None:
         """Take a datagram, or what `splitter` has to split; returns the number of good messages.

@@ -60,7 +60,7 @@ class LinkSet:
 
     def state(self, trouble: str = "") -> tuple[State, str]:
         """State with faults, peers in contact, and counters; `trouble` is another fault of the links."""
-        troubles = [*self._wrong, *(link.trouble for link in self.links if link.trouble)]
+        troubles = [*self._wrong, *filter(None, (link.trouble.reason for link in self.links))]
         works = len(troubles) < len(self._wrong) + len(self.links)
         troubles = [trouble, *troubles] if trouble else troubles
         peers = sum(session.contact for session in self.sessions())  # integers

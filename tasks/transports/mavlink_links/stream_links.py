@@ -175,7 +175,7 @@ class StreamLink(Link):
             self._connection.expire_incomplete_frame()
 
     def _on_change(self, trouble: str) -> None:
-        self.trouble = trouble
+        self.trouble.reason = trouble
         if trouble:
             self.end_session(self._peer)
         else:
@@ -203,7 +203,7 @@ class TcpListenerLink(Link):
             made.close()
             raise
         self._socket = made
-        self.trouble: str = ""
+        self.trouble.end()
         self._host.watch(made, self._take_connections)
 
     def close(self) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import imc
 from mavlink import Dialect, Flavor, ReceivedMessage, encode, split
+from support.log_limit import Trouble
 
 MIB = 1 << 20
 MOST_WAITING = 8 * MIB  # bytes of a file that wait while the disk refuses them
@@ -35,7 +36,7 @@ class TelemetryLogs:
         self._folder: Path | None = None
         self._newest: Path | None = None  # folder of the present log
         self._stopped = False
-        self._trouble = ""
+        self._trouble = Trouble()
 
     def recording_transmit(
         self, flavor: Flavor, transmit: Callable[[bytes], object], now: Callable[[], float]
@@ -89,18 +90,17 @@ class TelemetryLogs:
             self.set_folder(self._newest)
 
     def _write(self) -> None:
-        trouble = ""
+        reason = ""
         for file in self._files.values():
             try:
                 file.write(self._folder)
             except OSError as error:
-                trouble = f"{error.filename or file.name}: {error.strerror}"
-        if trouble and trouble != self._trouble:
-            self._report(f"MAVLink is not recorded: {trouble}")
-        elif self._trouble and not trouble:
+                reason = f"{error.filename or file.name}: {error.strerror}"
+        if reason:
+            self._trouble.report(reason, self._report, f"MAVLink is not recorded: {reason}")
+        elif self._trouble.end():
             lost = sum(file.lost for file in self._files.values())  # integers
             self._report(f"MAVLink is recorded again; {lost} frames were lost")
-        self._trouble = trouble
 
     def close(self) -> None:
         """Record nothing until the next log begins."""
@@ -114,7 +114,7 @@ class TelemetryLogs:
         if file is None:
             name = f"Data-{flavor.name}.tlog" if self._files else "Data.tlog"
             file = self._files[flavor.name] = _File(name)
-        if file.add(round(now * 1e6).to_bytes(8) + frame) and not self._trouble:
+        if file.add(round(now * 1e6).to_bytes(8) + frame) and not self._trouble.reason:
             self._write()
 
 

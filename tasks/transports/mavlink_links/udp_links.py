@@ -94,7 +94,7 @@ class UdpLink(Link):
             made.close()
             raise
         self._socket = made
-        self.trouble: str = ""
+        self.trouble.end()
         self._host.watch(made, self._read)
         if self._called is not None:
             self.open_session(self._called)

@@ -9,6 +9,7 @@ from imc.discovery import LOOPBACK, check_address
 from runtime import State, param
 from runtime.task import ParameterError
 from support.backoff import Backoff
+from support.log_limit import Trouble
 from tasks.transports.imc_links.sockets import network_silence, network_time, schedule_network_timer
 from tasks.transports.imc_links.stream_links import PacketStream, StreamLinkTask
 
@@ -38,7 +39,7 @@ class Client(StreamLinkTask):
     def start(self) -> None:
         self.pending: socket.socket | None = None
         self.backoff: Backoff = Backoff(FIRST_PAUSE, LONGEST_PAUSE)
-        self.trouble = ""
+        self.trouble: Trouble = Trouble()
         super().start()
         self.schedule_connection(0.0)
 
@@ -75,7 +76,7 @@ class Client(StreamLinkTask):
             return
         name = f"{self.server_address}:{self.server_port}"
         opened, self.pending = self.pending, None
-        self.trouble = ""
+        self.trouble.end()
         self.log.info(f"connected with {name}")
         stream = PacketStream(opened, self.server_address, name, network_time(self), self.maximum_rate)
         self.add_stream(stream)
@@ -86,10 +87,8 @@ class Client(StreamLinkTask):
         if self.pending is not None:
             self.pending.close()
             self.pending = None
-        trouble = f"not connected with {self.server_address}:{self.server_port}: {why}"
-        if trouble != self.trouble:
-            self.log.warning(trouble)
-        self.trouble = trouble
+        reason = f"not connected with {self.server_address}:{self.server_port}: {why}"
+        self.trouble.report(reason, self.log.warning)
         self.schedule_connection(self.backoff.fail())
 
     def on_closed(self, stream: PacketStream, why: str) -> None:
@@ -101,12 +100,12 @@ class Client(StreamLinkTask):
         """A server that is silent, or sends what is no packet, is reported and kept: it may read all the same."""
         stream = self.streams[0] if self.streams else None
         if stream is None:
-            self.set_entity_state(State.FAULT, self.trouble or "connecting")
+            self.set_entity_state(State.FAULT, self.trouble.reason or "connecting")
             return
-        silent = network_silence(self, stream.heard)
-        trouble = f"{stream.name} has sent no packet for {SILENCE:g} s" if silent >= SILENCE else ""
-        if trouble and trouble != self.trouble:
-            self.log.warning(trouble)
-        self.trouble: str = trouble
-        text = f"{trouble}; {self.statistics_text()}" if trouble else self.statistics_text()
-        self.set_entity_state(State.FAULT if trouble else State.NORMAL, text)
+        if network_silence(self, stream.heard) < SILENCE:
+            self.trouble.end()
+            self.set_entity_state(State.NORMAL, self.statistics_text())
+            return
+        reason = f"{stream.name} has sent no packet for {SILENCE:g} s"
+        self.trouble.report(reason, self.log.warning)
+        self.set_entity_state(State.FAULT, f"{reason}; {self.statistics_text()}")

@@ -7,7 +7,7 @@ import imc
 from imc.console_acl import listed_systems
 from imc.discovery import PERIOD, Service
 from runtime import State, consume, param
-from support.log_limit import LogLimit
+from support.log_limit import LogLimit, Trouble
 from tasks.transports.imc_links.link_task import reraise_as_parameter_error
 from tasks.transports.imc_links.port_search import announce_listening_service, listening_socket
 from tasks.transports.imc_links.sockets import (
@@ -69,7 +69,7 @@ class Server(StreamLinkTask):
 
     def start(self) -> None:
         self.listener: socket.socket | None = None
-        self.trouble: str = ""
+        self.trouble: Trouble = Trouble()
         self.open_port = 0
         self.vehicle_lines: LogLimit = LogLimit("more vehicles connect and get nothing")
         super().start()
@@ -87,12 +87,9 @@ class Server(StreamLinkTask):
         try:
             self.listener = listening_socket(self.place, self.port, PORTS_TRIED)
         except OSError as error:
-            trouble = f"cannot listen at {self.place}: {error.strerror}"
-            if trouble != self.trouble:
-                self.log.error(trouble)
-            self.trouble = trouble
+            self.trouble.report(f"cannot listen at {self.place}: {error.strerror}", self.log.error)
             return
-        self.trouble = ""
+        self.trouble.end()
         self.open_port: int = self.listener.getsockname()[1]
         self.watch(self.listener, self.accept)
         service = Service("imc+tcp", self.place, self.open_port)
@@ -177,5 +174,6 @@ class Server(StreamLinkTask):
     def report(self) -> None:
         if self.listener is None:
             self.open()
-        figures = self.trouble or f"port {self.open_port}: {self.statistics_text()}"
-        self.set_entity_state(State.ERROR if self.trouble else State.NORMAL, figures)
+        reason = self.trouble.reason
+        figures = reason or f"port {self.open_port}: {self.statistics_text()}"
+        self.set_entity_state(State.ERROR if reason else State.NORMAL, figures)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import imc
 from runtime import Frame, State, consume
 from runtime.task import SharedOption
+from support.log_limit import Trouble
 from support.pose import Pose
 from tasks.pose_history import PoseHistory
 from tasks.simulated_world import world_of
@@ -55,7 +56,7 @@ class ExternalCameraTask(MountedCameraTask):
         self.dropped: int = 0
         self.failed: int = 0
         self.pose_history: PoseHistory = PoseHistory(world_of(self).origin)
-        self._odd = ""
+        self._mismatch = Trouble()
         self._held = list[_Picture]()
 
     def count_lost(self, *, dropped: int = 0, failed: int = 0) -> None:
@@ -94,11 +95,9 @@ class ExternalCameraTask(MountedCameraTask):
         height, width, _ = image.shape
         optics, counts = self._optics, f"{self.taken + 1} frames, {self.dropped} dropped, {self.failed} failed"
         if optics is not None and (optics.width, optics.height) != (width, height):
-            odd = f"the calibration is for {optics.width} x {optics.height} px, not {width} x {height} px"
-            if odd != self._odd:
-                self._odd = odd
-                self.log.warning(odd)
-            self.set_entity_state(State.FAULT, f"{odd}; {counts}")
+            mismatch = f"the calibration is for {optics.width} x {optics.height} px, not {width} x {height} px"
+            self._mismatch.report(mismatch, self.log.warning)
+            self.set_entity_state(State.FAULT, f"{mismatch}; {counts}")
             optics = None
         else:
             self.report_entity_state(f"{what}{counts}")

@@ -223,7 +223,7 @@ def test_who_follows_a_vehicle_that_hangs_listens_itself(tmp_path, quick):
             hears(second, 0x4350)
             third.logged("receives no announcements, so systems have to announce themselves at its UDP port: the")
             goes_on.set()
-            third.until(lambda: third.discovery.follower.welcome and not third.discovery.trouble)
+            third.until(lambda: third.discovery.follower.welcome and not third.discovery.trouble.reason)
             Station(first, 0x4351, "ccu-later").announce()
             third.logged("new system within range: ccu-later (0x4351) at 127.0.0.1")
 

@@ -51,7 +51,7 @@ def test_the_client_waits_longer_each_time_and_says_so_once():
 
     async def test(script, task, depths):
         await until(script, lambda: task.backoff.failures >= 2)
-        assert REFUSED in task.trouble
+        assert REFUSED in task.trouble.reason
 
     log = run(test, Client, server_port=port).log
     assert sum("not connected" in line for line in log) == 1
