@@ -142,6 +142,22 @@ def test_documents_import_from_faces():
     assert not wrong
 
 
+# A program reports, receives, logs and sends. Names of others are left out: `[Zenoh] Hear`, a key, methods of files.
+OF_PEOPLE = re.compile(
+    r"(?<![A-Za-z])(?:tell|tells|told|telling|hear|hears|heard|hearing|believes?|believed|knows)(?![A-Za-z])"
+)
+OF_OTHERS = re.compile(r"\.tell\(|@heard|\bHEARD\b|\[Zenoh\] Hear|Zenoh:Hear|[.`\"]hear\b|\bhear:|\"Hear\"")
+
+
+def test_programs_have_no_words_for_people():
+    wrong = []
+    for path in [path for path in SOURCES if path.name != "messages.py"]:
+        for number, line in enumerate(path.read_text().split("\n"), 1):
+            if found := OF_PEOPLE.search(OF_OTHERS.sub("", line).lower()):
+                wrong.append(f"{path}:{number}: {found[0]}")
+    assert not wrong
+
+
 def test_what_a_face_exports_has_a_docstring(trees):
     exported = {name for face in FACES for name in importlib.import_module(face).__all__}
     defined = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

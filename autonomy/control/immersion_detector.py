@@ -26,7 +26,7 @@ class _Descent:
 
 
 class ImmersionDetector:
-    """`is_at_sea` is False on a bench; it stays True, and may be set by who knows it.
+    """Detects a vehicle at sea: `is_at_sea` is False on a bench, stays True, and may be set by others.
 
     A depth of more than 5 m, and at most 10 m beyond the limit `deepest` (m) of the vehicle, for 1 s shows it. So does
     an altitude that has decreased by as much as the depth has increased, by 1 m, or by as much as the vehicle has sunk

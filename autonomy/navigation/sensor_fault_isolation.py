@@ -14,7 +14,7 @@ from autonomy.navigation.underwater_estimator import PATIENCE, UnderwaterEstimat
 from autonomy.navigation.validation_gates import FAULT_HOLD, GPS_JUMP
 
 DEPTHS = 20  # samples that agree before a jump of theirs is accepted
-HEARD = 1.0  # s, largest age of a velocity that is compared with others
+COMPARABLE_AGE = 1.0  # s, largest age of a velocity that is compared with others
 SLOW = 0.3  # m/s, least speed of the motor that is compared with others
 DEEP_FIXES = 10  # fixes under water at the vehicle's place before depth is doubted
 SURFACED = 10.0  # s; after a longer time without fixes the position, not GPS, has moved away
@@ -87,7 +87,7 @@ class SensorChecks:
     def update_depth(self, now: float, dt: float) -> None:
         """Take the mean depth, unless it jumps."""
         inputs, vertical = self._inputs, self._estimator.vertical
-        seen = now - inputs.heave_time <= HEARD and inputs.heave_time == inputs.velocity_time
+        seen = now - inputs.heave_time <= COMPARABLE_AGE and inputs.heave_time == inputs.velocity_time
         speed = self._motor_speed(now)
         driven = speed is not None and speed > SLOW
         self._record_vertical_speeds(speed if driven else None)
@@ -131,7 +131,7 @@ class SensorChecks:
         """Reject the velocity log while it contradicts depth and motor."""
         inputs, before = self._inputs, self._inputs.velocity_fault
         inputs.velocity_fault = "its velocity contradicts depth and motor" if self._depth.velocity_faulty else ""
-        if now - inputs.contradiction_time < HEARD:
+        if now - inputs.contradiction_time < COMPARABLE_AGE:
             inputs.velocity_fault = "its velocity contradicts the motor"
         if inputs.velocity_fault and not before:
             self._log.warning(f"{self._inputs.settings.dvl or 'the velocity log'} is rejected: {inputs.velocity_fault}")

@@ -150,7 +150,7 @@ class VerticalSpeedEstimator:
         elif force is not None:
             self._filter.bias[0] = self._usual_bias
         if force is None and not self._useless and now - self._pressed > FORCE_FRESH:
-            self._is_vague = True  # thrust alone gives the speed, and knows nothing of the ground
+            self._is_vague = True  # thrust alone gives the speed, without regard to the ground
         self._buried = not self._known and (self._buried or self.height < UNDERGROUND)
         if fix is not None:
             alone = self._useless or self._since > BY_FORCE_ALONE  # its speed may be that of a barometer that lied

@@ -43,7 +43,7 @@ class NameScope(ABC):
     """Meaning of names, and functions besides those of numbers, `contains` and `distance`."""
 
     functions: tuple[str, ...] = ()
-    knows_nan: bool = True  # old plans and scenarios may compare with it
+    accepts_nan: bool = True  # old plans and scenarios may compare with it
 
     @abstractmethod
     def place(self, node: tree.Name) -> FieldPlace | None:
@@ -139,7 +139,7 @@ class ExpressionCompiler:
 
     def _name(self, node: tree.Name) -> Operand:
         if node.is_bare and (special := special_number(node, node.name)) is not None:
-            if not self.scope.knows_nan and math.isnan(special.value(())):
+            if not self.scope.accepts_nan and math.isnan(special.value(())):
                 raise node.error(f"nothing compares with {node.name}")
             return special
         place = self.scope.place(node)

@@ -91,7 +91,7 @@ class AutopilotConnection:
         self._sequence = 0
 
     @property
-    def has_heard_autopilot(self) -> bool:
+    def has_received_heartbeat(self) -> bool:
         """Whether an autopilot has sent something."""
         return self.autopilot >= 0
 
@@ -120,10 +120,10 @@ class AutopilotConnection:
             if self.system == NOBODY and message.system == self._own:
                 return False  # what this vehicle sends to ground stations, which has come back
             kind, autopilot = message.values["type"], message.values["autopilot"]
-            if not self.has_heard_autopilot and kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
+            if not self.has_received_heartbeat and kind != GROUND_STATION and autopilot != AUTOPILOT_NONE:
                 self.system, self.type, self.autopilot = message.system, kind, autopilot
             return (kind, autopilot) == (self.type, self.autopilot)
-        return self.has_heard_autopilot
+        return self.has_received_heartbeat
 
     def _is_elsewhere(self, source: object, now: float) -> bool:
         return None not in (source, self._source) and source != self._source and now - self._source_at <= SOURCE_TIMEOUT
@@ -133,7 +133,7 @@ class AutopilotConnection:
         if (
             message.name == "HEARTBEAT"
             and message.system == self._own
-            and not self.has_heard_autopilot
+            and not self.has_received_heartbeat
             and not self._warned
         ):
             self._warned.add(NOBODY)

@@ -15,20 +15,20 @@ class HeartbeatWatch:
         self._late_at, self._back_at = math.inf, -math.inf
 
     @property
-    def heard(self) -> bool:
+    def is_alive(self) -> bool:
         """Whether there was one, and it is not lost."""
         return self.at > -math.inf and not self.lost
 
     def receive(self, now: float) -> bool:
         """Take one; True if it is the first, or the first after a loss."""
-        new, self.at = not self.heard, now
+        new, self.at = not self.is_alive, now
         if self._late_at < math.inf:
             self._back_at = now
         self.lost, self._late_at = False, math.inf
         return new
 
     def is_late(self, now: float, late: float) -> bool:
-        return self.heard and now - self.at > late
+        return self.is_alive and now - self.at > late
 
     def resumes(self, now: float, patience: float) -> bool:
         """Whether it was late until at most `patience` s ago: other messages may still be on their way."""
@@ -43,7 +43,7 @@ class HeartbeatWatch:
 
     def becomes_lost(self, now: float, timeout: float) -> bool:
         """Whether it is lost since this call."""
-        if not self.heard or now - self.at <= timeout:
+        if not self.is_alive or now - self.at <= timeout:
             return False
         self.lost = True
         return True

@@ -72,11 +72,11 @@ class MissionBuilder:
                 MissionCommand.NAV_WAYPOINT, self._place, self.position.amsl - self.position.above_home, frame=GLOBAL
             )
         for node in chain:
-            teller = WRITERS.get(type(node.data))
+            writer = WRITERS.get(type(node.data))
             try:
-                if teller is None:
+                if writer is None:
                     raise ValueError(f"an autopilot does not support {type(node.data).__name__}")
-                teller(self, node.data)
+                writer(self, node.data)
             except (ValueError, ArithmeticError) as error:
                 raise ValueError(f"{node.maneuver_id}: {error}") from None
         return self.items

@@ -172,12 +172,12 @@ class TransactionTranslator:
             return
         words = f"item {m['seq']} of the mission was reached"
         maneuver = self._mission.item_map.maneuver_at(m["seq"]) if self._mission is not None else None
-        told = (
+        completed = (
             self._mission is not None
             and maneuver is not None
             and m["seq"] in self._mission.item_map.items_at_maneuver_end(maneuver)
         )
-        yield AUTOPILOT, log_entry(INFORMATION, "mission", f"{words}: maneuver {maneuver}" if told else words)
+        yield AUTOPILOT, log_entry(INFORMATION, "mission", f"{words}: maneuver {maneuver}" if completed else words)
 
     def _event(self, received: ReceivedMessage, m: Any) -> TranslatedMessages:
         """Number and arguments of an event; its text is in a file of the autopilot, which is not in the recording."""

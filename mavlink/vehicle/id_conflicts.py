@@ -46,7 +46,7 @@ class IdConflicts:
 
     def trouble(self, now: float) -> str:
         """Present conflict; empty without one."""
-        fresh = [twin for twin, heard in self._received_at.items() if now - heard < FRESH]
+        fresh = [twin for twin, at in self._received_at.items() if now - at < FRESH]
         if not fresh:
             return ""
         return self._words(list_first(fresh, NAMED))

@@ -93,7 +93,7 @@ class Session:
         self.low: bool = traits.low
         self.speed: float = traits.speed
         speed, line = traits.speed, traits.line
-        self.last_heard: float = now
+        self.received_at: float = now
         self.contact: bool = False
         self.refusal = ""  # why orders of the present message's sender are not obeyed
         self.received: SequenceTracker = SequenceTracker(speed)
@@ -118,7 +118,7 @@ class Session:
 
     def note_contact(self, now: float) -> None:
         """Note that the peer has sent something; one that is new, or was silent, gets the latest notices."""
-        self.last_heard = now
+        self.received_at = now
         for camera in self.cameras:
             camera.note_contact(now)
         if not self.contact:

@@ -90,7 +90,7 @@ class Device:
         self._backoff = Backoff(FIRST_RETRY, LAST_RETRY)
         self._failure = Trouble()
         self._logged = ReportLimit(LOG_PERIOD)
-        self._heard_at = 0
+        self._received_at = 0
         self._second, self._pieces, self._bytes, self._work = 0, 0, 0, 0
         self._unheeded = 0  # bytes since the last good piece
 
@@ -159,9 +159,9 @@ class Device:
         now = self._owner.now_ns
         if self._address.datagrams:
             self._splitter.reset(midway=False)
-        elif self._splitter.unfinished_bytes and now - self._heard_at > SILENCE * SECOND:
+        elif self._splitter.unfinished_bytes and now - self._received_at > SILENCE * SECOND:
             self._splitter.reset(midway=True)  # the rest of that piece was lost
-        self._heard_at = now
+        self._received_at = now
         self._backoff.reset()
         if self._failure.end():
             self._log.info(f"{self.name} sends again")

@@ -72,7 +72,7 @@ class Watchdog:
 
     def _watch(self) -> None:
         kernel, seen, last, armed = self._kernel, (-1, -1), time.monotonic(), 0.0
-        stuck, told, broken, calls, queued = 0.0, False, 0.0, -1, _queued_for_processor(self._task)
+        stuck, reported, broken, calls, queued = 0.0, False, 0.0, -1, _queued_for_processor(self._task)
         while not self._done.wait(PERIOD):
             now, progress, ending = time.monotonic(), (kernel.events, kernel.now_ns), self._end
             passed, last = now - last, now
@@ -92,26 +92,26 @@ class Watchdog:
                 armed = now
                 self._expect_myself()
             if progress != seen:
-                seen, stuck, told, broken, calls = progress, 0.0, False, 0.0, -1
+                seen, stuck, reported, broken, calls = progress, 0.0, False, 0.0, -1
                 continue
             stack = self._stack()
             call = next((frame for frame in stack if frame.f_code in CALLS), None)
             # A kernel adds the calls of a moment to its events only at the end of them.
             made = call.f_locals.get("busy", 0) if call is not None else calls
             if made != calls:
-                stuck, told, broken, calls = 0.0, False, 0.0, made
+                stuck, reported, broken, calls = 0.0, False, 0.0, made
                 continue
             if _in_debugger(stack) or (call is None and not kernel.virtual):  # it is halted, or it waits
                 stuck = 0.0
                 continue
             stuck += passed
             if call is None:
-                if stuck > STANDSTILL and not told:
-                    told = True
+                if stuck > STANDSTILL and not reported:
+                    reported = True
                     logger.error("the clock has not moved for %.0f s: %s", stuck, self._place(stack))
                 continue
-            if stuck > NAMED_AFTER and not told:
-                told = True
+            if stuck > NAMED_AFTER and not reported:
+                reported = True
                 logger.error("%s: %s; no other task runs meanwhile", self._subject(call, stuck), self._place(stack))
             hasty = self.breaks_handlers and ending is not None and stuck > HASTE
             if (hasty or (stuck > BROKEN_AFTER and not kernel.virtual)) and now - broken > (HASTE if hasty else 1.0):

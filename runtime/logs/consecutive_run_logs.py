@@ -23,16 +23,16 @@ def encode_log_run_position(first: str, number: int) -> bytes:
     return msgspec.json.encode(RunPosition(first, number)) + b"\n"
 
 
-def resolve_log_folder(told: Path, current: Path | None) -> Path:
-    """The folder of the log that a virtual run calls `told`: that of the `current` log may end in _2, _3 ...
+def resolve_log_folder(published: Path, current: Path | None) -> Path:
+    """The folder of the log that a virtual run calls `published`: that of the `current` log may end in _2, _3 ...
 
     The run does not publish this end, since it must not depend on which folders exist.
     """
-    if current is not None and current.parent == told.parent:
+    if current is not None and current.parent == published.parent:
         name, _, number = current.name.rpartition("_")
-        if name == told.name and number.isdecimal():
+        if name == published.name and number.isdecimal():
             return current
-    return told
+    return published
 
 
 def read_log_run_position(folder: Path) -> RunPosition | None:

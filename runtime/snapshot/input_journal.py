@@ -72,17 +72,17 @@ class InputJournal:
         self.handlers: list[Callable[..., object]] = []
         self.values: TaskValues = _values(task)
 
-    def restart_journal(self, time: int, hears: list[Subscription], timers: list[Timer]) -> None:
+    def restart_journal(self, time: int, subscriptions: list[Subscription], timers: list[Timer]) -> None:
         """Begin again with the present state, in which no script runs."""
         self.begun = True
         self.entries.clear()
-        self.handlers = [subscription.handler for subscription in hears]
+        self.handlers = [subscription.handler for subscription in subscriptions]
         self.values = _values(self.task)
         writer = writer_for(self.task.vehicle, timers)
         try:
             self.past = JournalStart(
                 time,
-                task_state(self.task, hears, writer),
+                task_state(self.task, subscriptions, writer),
                 [timer_state(timer, writer) for timer in timers],
                 [(e.label, e.state, e.description, e.stateful) for e in entities_of(self.task)],
                 [],
@@ -260,8 +260,8 @@ class InputJournals:
                 due = [timer for timer in (popped, *self._kernel.timers()) if timer is not None and timer.function]
             for handler in journal.handlers:
                 self._handlers.pop(id(handler), None)
-            hears = [s for s in self._vehicle.bus.subscriptions if subscription_task(s) is journal.task]
-            journal.restart_journal(now, hears, [timer for timer in due if timer.owner is journal.task])
+            subscriptions = [s for s in self._vehicle.bus.subscriptions if subscription_task(s) is journal.task]
+            journal.restart_journal(now, subscriptions, [timer for timer in due if timer.owner is journal.task])
             for number, handler in enumerate(journal.handlers):
                 self._handlers[id(handler)] = journal, number
 

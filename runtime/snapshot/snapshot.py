@@ -86,7 +86,7 @@ def take_snapshot(vehicle: Vehicle) -> bytes:
     if any(isinstance(timer.owner, Task) and timer.owner.vehicle is not vehicle for timer in timers):
         raise SnapshotError("several vehicles on one kernel cannot be saved")
     writer = writer_for(vehicle, timers)
-    hears = [(task, s) for s in vehicle.bus.subscriptions if (task := subscription_task(s)) is not None]
+    subscriptions = [(task, s) for s in vehicle.bus.subscriptions if (task := subscription_task(s)) is not None]
     plain = [task for task in vehicle.tasks if not task.running_scripts]
     scripted = [task for task in vehicle.tasks if task.running_scripts]
     snapshot = Snapshot(
@@ -100,10 +100,10 @@ def take_snapshot(vehicle: Vehicle) -> bytes:
             for name, t in vehicle.effective_config.original_values().items()
         },
         [task.name for task in vehicle.tasks],
-        {task.name: task_state(task, [s for owner, s in hears if owner is task], writer) for task in plain},
+        {task.name: task_state(task, [s for owner, s in subscriptions if owner is task], writer) for task in plain},
         {task.name: _past(task, timers) for task in scripted},
         [_timer_state(timer, scripted, writer) for timer in timers],
-        [task.name for task, _ in hears],
+        [task.name for task, _ in subscriptions],
         sorted(vehicle.running),
         [(e.label, e.id, writer.to_plain_value(e.state, e.label), e.description, e.stateful) for e in vehicle.entities],
         [(system, entity, label) for (system, entity), label in vehicle.entities.remote_labels.items()],

@@ -76,8 +76,8 @@ def entities_of(task: Task) -> list[Entity]:
     return [entity for entity in task.vehicle.entities if entity.component == task.name]
 
 
-def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -> TaskState:
-    """The state of a task that runs no script; `hears` are its subscriptions. Raises SnapshotError."""
+def task_state(task: Task, subscriptions: Iterable[Subscription], writer: StateWriter) -> TaskState:
+    """The state of a task that runs no script, with its subscriptions. Raises SnapshotError."""
     task.before_snapshot()
     skipped = BELONGINGS.union(task.transient)
     state = {name: value for name, value in vars(task).items() if name not in skipped}
@@ -96,7 +96,7 @@ def task_state(task: Task, hears: Iterable[Subscription], writer: StateWriter) -
         plain,
         [writer.to_plain_value(ticker.state(), task.name) for ticker in task.tickers],
         writer.to_plain_value(list(task.parameter_set.pushed), task.name),
-        [_subscription_state(task, subscription, writer) for subscription in hears],
+        [_subscription_state(task, subscription, writer) for subscription in subscriptions],
     )
 
 
@@ -113,10 +113,10 @@ def timer_state(timer: Timer, writer: StateWriter) -> TimerState:
 
 def restore_subscriptions(task: Task, state: TaskState, reader: StateReader) -> None:
     """Subscribe a task to its messages again."""
-    for hearing in state.subscriptions:
-        handler = reader.from_plain_value(["method", ["task", task.name], hearing.method])
+    for subscribed in state.subscriptions:
+        handler = reader.from_plain_value(["method", ["task", task.name], subscribed.method])
         task.vehicle.bus.subscribe(
-            Subscription(reader.from_plain_value(hearing.type), handler, task, hearing.others, hearing.packets)
+            Subscription(reader.from_plain_value(subscribed.type), handler, task, subscribed.others, subscribed.packets)
         )
 
 

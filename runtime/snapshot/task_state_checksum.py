@@ -28,7 +28,7 @@ def task_state_checksum(task: Task, timers: list[Timer]) -> int:
     """
     vehicle = task.vehicle
     outline = _Outline({id(part): name for name, part in shared_parts(vehicle)}, timers)
-    hears = [s for s in vehicle.bus.subscriptions if subscription_task(s) is task]
+    subscriptions = [s for s in vehicle.bus.subscriptions if subscription_task(s) is task]
     frames = [frame for script in task.running_scripts for frame in script.waiting_frames]
     skipped = BELONGINGS.union(task.transient)
     words = [
@@ -36,7 +36,7 @@ def task_state_checksum(task: Task, timers: list[Timer]) -> int:
         outline.of(task.parameter_set.snapshot()),
         outline.of([ticker.state() for ticker in task.tickers]),
         [[timer.time, outline.of(timer.function), outline.of(timer.args)] for timer in timers],
-        [[s.type.__qualname__, outline.of(s.handler), s.others] for s in hears],
+        [[s.type.__qualname__, outline.of(s.handler), s.others] for s in subscriptions],
         [[e.label, e.state, e.description.encode(errors="replace"), e.stateful] for e in entities_of(task)],
         [[frame.f_code.co_qualname, frame.f_lineno, outline.of(dict(frame.f_locals))] for frame in frames],
     ]

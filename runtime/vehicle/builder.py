@@ -250,7 +250,7 @@ def join_zenoh(vehicle: Vehicle, profile: Profile) -> None:
         )
         vehicle.bus.attach_transport(transport)
         vehicle.bus.frames = transport.frames
-        vehicle.daemon.tells_all = True
+        vehicle.daemon.publishes_all = True
     except ValueError as error:
         raise ProfileError([Problem("error", *_zenoh_origin(profile, str(error)), str(error))]) from None
 

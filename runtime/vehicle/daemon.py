@@ -20,7 +20,7 @@ class Daemon(ParameterService):
         super().configure()
         self._excess = ReportLimit(REPORT_PERIOD)
         self._malformed = ReportLimit()
-        self._has_told_all = False
+        self._has_published_all = False
 
     def start(self) -> None:
         self.set_entity_state(imc.EntityState.State.NORMAL, "active")
@@ -37,8 +37,8 @@ class Daemon(ParameterService):
             self.publish(imc.Heartbeat())
         if self.vehicle.realtime_lag is not None:
             self.vehicle.realtime_lag.poll()
-        if self.tells_all and not self._has_told_all:
-            self._has_told_all = True
+        if self.publishes_all and not self._has_published_all:
+            self._has_published_all = True
             self._publish_kept_messages()
         for entity in self.vehicle.entities:
             if entity.stateful and self.reports_state_of(entity):

@@ -22,11 +22,11 @@ SCOPES = ("global", "idle", "plan", "maneuver")
 class ParameterService(Task):
     """Answers parameter requests for all tasks of the vehicle, each from the task's entity.
 
-    With `tells_all`, changed parameters are also published for all.
+    With `publishes_all`, changed parameters are also published for all.
     """
 
     vehicle: "Vehicle"
-    tells_all = False
+    publishes_all = False
 
     def configure(self) -> None:
         self.reply_quota: ReplyQuota = ReplyQuota()
@@ -182,7 +182,7 @@ class ParameterService(Task):
         except BaseException as error:
             self._kernel.on_error(task, to_ordinary_exception(error))
             return False
-        if self.tells_all:
+        if self.publishes_all:
             self._publish_parameters(task)
         return True
 

@@ -33,15 +33,15 @@ class ErrorCounter:
 
     def report(self, detail: object) -> None:
         """Report what has not been reported yet."""
-        if text := self._untold():
+        if text := self._unreported():
             self._report(f"{text}; {detail}")
 
     def report_final(self, whose: str, report: Callable[[str], None]) -> None:
         """Report what has not been reported yet, of something that has ended: `whose` these packets were."""
         ago = time.monotonic() - self._last
-        if text := self._untold():
+        if text := self._unreported():
             report(f"{whose}: {text}, the last {ago:.1f} s before the end, beside those in the log book")
 
-    def _untold(self) -> str:
+    def _unreported(self) -> str:
         number, self._reported = self.total - self._reported, self.total
         return f"{number} packets {self._what}" if number else ""

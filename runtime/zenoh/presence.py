@@ -134,9 +134,9 @@ class Presence:
         self._session = session
         self._others: dict[str, SiblingProcess] = {}
         self._changed = threading.Condition()
-        self._accepted = self._has_told = False
+        self._accepted = self._has_reported = False
         self._twins = ReportLimit(REPORT_PERIOD)
-        self._tell_process = note
+        self._on_process = note
         self._watching: Any = None
         self._alive: Any = None
         self.siblings: frozenset[str] = frozenset()
@@ -172,7 +172,7 @@ class Presence:
         self._token = liveliness.declare_token(liveliness_token(self._part, RUNNING, self._began, self._zid))
         starting.undeclare()
         self._alive = liveliness.declare_token(alive_key(self._part.vehicle, self._part.system, self._part.process))
-        if self._tell_process is not None:
+        if self._on_process is not None:
             listen: Any = liveliness.declare_subscriber
             processes = alive_key(self._part.vehicle, self._part.system, "*")
             self._watching = listen(
@@ -207,8 +207,8 @@ class Presence:
     def _wait(self, deadline: float) -> bool:
         """Wait a moment, and report the reason once; whether the deadline is still to come."""
         left = deadline - time.monotonic()
-        if left < MEETING - SILENT and not self._has_told:
-            self._has_told = True
+        if left < MEETING - SILENT and not self._has_reported:
+            self._has_reported = True
             logger.warning(
                 "zenoh: a process on this computer's bus does not answer (stopped, or very busy); "
                 "waiting up to %g s for it, in case it already runs %s",
@@ -229,8 +229,8 @@ class Presence:
         import zenoh
 
         name = str(sample.key_expr).rpartition("/")[2]
-        if self._tell_process is not None and name != self._part.process:
-            self._tell_process(name, cast(Any, sample).kind == zenoh.SampleKind.PUT)
+        if self._on_process is not None and name != self._part.process:
+            self._on_process(name, cast(Any, sample).kind == zenoh.SampleKind.PUT)
 
     def _note(self, sample: "zenoh.Sample") -> None:
         """A token has appeared or gone; called from zenoh's thread."""

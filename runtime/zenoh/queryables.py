@@ -69,8 +69,8 @@ class _Open:
             return False
         kinds = getattr(type(message), "Type", None)
         for name in IDENTITY if kinds is None else (*IDENTITY, "op"):  # else op itself marks replies
-            asked, told = (getattr(each, name, "") for each in (self.request, message))
-            if asked != told and asked != "" and told != "":
+            asked, answered = (getattr(each, name, "") for each in (self.request, message))
+            if asked != answered and asked != "" and answered != "":
                 return False
         return kinds is None or getattr(message, "type", None) != getattr(kinds, "IN_PROGRESS", object())
 

@@ -14,7 +14,7 @@ from runtime.zenoh.key_expressions import ALL_SYSTEMS, HEARD, PREFIX, key_chunk
 
 ENCRYPTED = ("tls/", "quic/")
 LOOPBACK_INTERFACES = ["lo", "lo0"]
-TELLING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
+SENDING = ("put", "delete", "reply", "declare_queryable", "liveliness_token")
 ASKING = ("query", "declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
 PUBLIC = [f"{PREFIX}/**", f"{PREFIX}/*/@alive/**", f"{PREFIX}/*/@run/**", f"{PREFIX}/**/@adv/**"]
 LAST = f"{PREFIX}/*/@q/*/*"  # the last message of an entity; a request, which may be a command, has one chunk less
@@ -112,16 +112,16 @@ class Security:
         own = f"{PREFIX}/{vehicle if vehicle == '*' else key_chunk(vehicle)}"
         commands = [f"{own}/@cmd/**", f"{PREFIX}/{ALL_SYSTEMS}/@cmd/**"]
         rules: list[Rule] = [
-            _rule("all", (*TELLING, *ASKING), EVERYTHING),
-            _rule("hear", TELLING, [*PUBLIC, LAST], "egress"),
+            _rule("all", (*SENDING, *ASKING), EVERYTHING),
+            _rule("receive", SENDING, [*PUBLIC, LAST], "egress"),
             _rule("ask", ASKING, [*PUBLIC, LAST], "ingress"),
             _rule("take commands", ("declare_subscriber",), EVERYTHING, "egress"),
             _rule("command", ("put",), [*commands, *OF_CONSOLES], "ingress"),
             _rule("request", ("query",), [f"{own}/@q/**"], "ingress"),
             _rule("answer", ("put", "reply", "declare_queryable"), [f"{PREFIX}/*/@cmd/**", f"{own}/@q/**"], "egress"),
-            _rule("hear answers", ("declare_subscriber",), [f"{PREFIX}/*/@cmd/**"], "ingress"),
+            _rule("take answers", ("declare_subscriber",), [f"{PREFIX}/*/@cmd/**"], "ingress"),
             _rule("be alive", ("liveliness_token",), [f"{PREFIX}/*/@alive/**"], "ingress"),
-            _rule("be the vehicle", TELLING, [f"{own}/**", f"{own}/@alive/**", f"{own}/@run/**"], "ingress", "deny"),
+            _rule("be the vehicle", SENDING, [f"{own}/**", f"{own}/@alive/**", f"{own}/@run/**"], "ingress", "deny"),
         ]
         here: dict[str, Any] = {"id": "here", "interfaces": LOOPBACK_INTERFACES, "link_protocols": ["tcp"]}
         subjects: list[dict[str, Any]] = [here]
@@ -130,10 +130,10 @@ class Security:
         def allow(name: str, *granted: str) -> None:
             known = {"usernames": [name]} if self.users_file is not None else {"cert_common_names": [name]}
             subjects.append({"id": name, **known})
-            policies.append({"subjects": [name], "rules": ["hear", "ask", *granted]})
+            policies.append({"subjects": [name], "rules": ["receive", "ask", *granted]})
 
         for name in self.commanders or ():
-            allow(name, "take commands", "command", "request", "answer", "hear answers", "be alive", "be the vehicle")
+            allow(name, "take commands", "command", "request", "answer", "take answers", "be alive", "be the vehicle")
         for name in self.listeners or ():
             allow(name)
         for name in self.vehicles or ():
@@ -142,7 +142,7 @@ class Security:
                 continue
             theirs = f"{PREFIX}/{key_chunk(name)}"
             places = [f"{theirs}/{rest}" for rest in ("**", "@alive/**", "@run/**", "**/@adv/**")]
-            rules.append(_rule(f"of {name}", TELLING, places, "ingress"))
+            rules.append(_rule(f"of {name}", SENDING, places, "ingress"))
             allow(name, "take commands", f"of {name}")
         return {
             "enabled": True,

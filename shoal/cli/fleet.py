@@ -157,7 +157,7 @@ class _Display:
 
     def __init__(self, config: FleetConfig) -> None:
         self._config = config
-        self._heard: set[str] = set()
+        self._received: set[str] = set()
         self._console = Console(highlight=False, markup=False, emoji=False)
         self.is_live = self._console.is_terminal
         self._live = Live(console=self._console, auto_refresh=False, transient=True) if self.is_live else None
@@ -180,7 +180,7 @@ class _Display:
         """Vehicles that are silent, or stopped after a start or a failure; without waiting and finished ones."""
         names = [vehicle.name for vehicle in self._config.vehicles if vehicle.name not in done]
         states = {name: self._state(key_chunk(name), alive, summaries) for name in names}
-        once = {name for name in names if name in failing or key_chunk(name) in self._heard}
+        once = {name for name in names if name in failing or key_chunk(name) in self._received}
         return [name for name, how in states.items() if how == "silent" or (how == "not running" and name in once)]
 
     def end(self, seconds: float, down: list[str], failing: set[str], supervisor: Supervisor) -> None:
@@ -208,9 +208,9 @@ class _Display:
     def _state(self, name: str, alive: set[str], summaries: dict[str, VehicleSummary]) -> str:
         """Reason that keeps a vehicle (name as in keys) from running; "" if nothing."""
         if summaries.get(name, VehicleSummary()).age < OLD:
-            self._heard.add(name)
+            self._received.add(name)
         elif name in alive:
-            return "silent" if name in self._heard else "starting"
+            return "silent" if name in self._received else "starting"
         return "" if name in alive else "not running"
 
     def _table(self, alive: set[str], summaries: dict[str, VehicleSummary], supervisor: Supervisor) -> Table:

@@ -113,8 +113,8 @@ class StateQueries:
         for system in systems:
             if has_unlabeled_errors(system) and self._is_due(system, "labels"):
                 self._network.request_labels(system)
-            tells_all = any(link.delivers_all for link in system.links.values())
-            if not tells_all and system.latest_message(imc.EntityState) is None and self._is_due(system, "states"):
+            delivers_all = any(link.delivers_all for link in system.links.values())
+            if not delivers_all and system.latest_message(imc.EntityState) is None and self._is_due(system, "states"):
                 self._network.send(system, imc.QueryEntityState())
 
     def _is_due(self, system: NetworkSystem, what: str) -> bool:
@@ -214,7 +214,7 @@ def conflict_texts(system: NetworkSystem) -> list[str]:
 
 def _table(systems: list[NetworkSystem]) -> Table:
     table = Table(box=None, header_style="dim", pad_edge=False)
-    for column in ("vehicle", "id", "state", "position", "depth", "battery", "errors", "heard", "by"):
+    for column in ("vehicle", "id", "state", "position", "depth", "battery", "errors", "age", "by"):
         table.add_column(
             column, no_wrap=column != "errors", justify="right" if column in ("depth", "battery") else "left"
         )

@@ -171,7 +171,7 @@ expect:
   - {{outcome: SUCCESS}}
   - {{name: dives, eventually: SimulatedState.z > 1.5 m, within: 1 min}}
   - {{name: stays_shallow, always: SimulatedState.z < 3 m}}
-  - {{name: knows_its_place, always: "distance(SimulatedState, EstimatedState) < 5 m", from: 30 s}}
+  - {{name: estimate_is_close, always: "distance(SimulatedState, EstimatedState) < 5 m", from: 30 s}}
 
 metrics:
   drift: {{max: "distance(SimulatedState, EstimatedState)"}}   # m

@@ -106,9 +106,9 @@ def _repair(other: str = "") -> str:
     try:
         own = distribution(OWN)
         source = f"{OWN}=={own.version}"
-        told = json.loads(own.read_text("direct_url.json") or "{}")
-        if place := unquote(told.get("url", "")).removeprefix("file://"):
-            source = "-e " * bool(told.get("dir_info", {}).get("editable")) + shlex.quote(place)
+        direct = json.loads(own.read_text("direct_url.json") or "{}")
+        if place := unquote(direct.get("url", "")).removeprefix("file://"):
+            source = "-e " * bool(direct.get("dir_info", {}).get("editable")) + shlex.quote(place)
     except (PackageNotFoundError, ValueError, AttributeError):
         pass
     commands = [f"pip uninstall {other.split()[0]}"] if other else []

@@ -104,7 +104,7 @@ def record(
         finding = asyncio.create_task(_find(network, selection, troubles, recorder.stop))
         try:
             await recorder.run(duration)
-            troubles.extend(_silences(network, recorder, hears_all=not kinds))
+            troubles.extend(_silences(network, recorder, receives_all=not kinds))
         except RecordingEnd:
             troubles.append(f"the limit of {format_size(int(limit))} is reached: nothing was recorded after that")
         except OSError as error:
@@ -132,13 +132,13 @@ def record(
         raise click.exceptions.Exit(1)
 
 
-def _silences(network: Network, recorder: NetworkRecorder, *, hears_all: bool) -> list[str]:
+def _silences(network: Network, recorder: NetworkRecorder, *, receives_all: bool) -> list[str]:
     """Vehicles that are gone at the end, or silent though everything is recorded, and since when."""
     recorded = [(name, network.systems.get(name)) for name in sorted(recorder.recordings)]
     return [
         f"{name} is silent since {format_clock_time(time.time() - system.age)} UTC: its log ends there"
         for name, system in recorded
-        if system is not None and (not system.is_there or (hears_all and system.age > SILENCE))
+        if system is not None and (not system.is_there or (receives_all and system.age > SILENCE))
     ]
 
 

@@ -81,7 +81,7 @@ class ConsoleApplication:
         self._network, self._feed, self._access, self._tiles = network, feed, access, tiles
         self._authority = authority
         self._cookie = COOKIE.format(port=port)
-        self._accounts = AccountRoutes(access, authority, self._cookie, self._knows)
+        self._accounts = AccountRoutes(access, authority, self._cookie, self._has_vehicle)
         self._parameters = ParameterRoutes(self._vehicle, settings)
         self._panels = PanelRoutes(panels)
         self._viewers = 0
@@ -256,7 +256,7 @@ class ConsoleApplication:
             self._authority.leases.see(session.number)
         return session is not None
 
-    def _knows(self, name: str) -> bool:
+    def _has_vehicle(self, name: str) -> bool:
         system = self._network.systems.get(name)
         return system is not None and system.is_vehicle
 

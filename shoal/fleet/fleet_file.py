@@ -12,7 +12,7 @@ from support.terminal_text import corrected_spelling, quoted
 
 Count = Annotated[int, msgspec.Meta(ge=1, le=1000)]
 Position = tuple[Annotated[float, msgspec.Meta(ge=-90, le=90)], Annotated[float, msgspec.Meta(ge=-180, le=180)]]  # °
-HEARD = ("Abort", "Announce")  # each vehicle receives it from each other one: twice as many send four times as much
+RECEIVED = ("Abort", "Announce")  # each vehicle receives it from each other one: twice as many send four times as much
 
 _WORDS = {
     " | null`": "`",
@@ -60,7 +60,7 @@ class FleetFile(msgspec.Struct, forbid_unknown_fields=True):
     seed: Annotated[int, msgspec.Meta(ge=0, le=2**62)] = 1
     stagger: str = "0.2 s"
     restart: str = "on-failure"
-    hear: list[str] = msgspec.field(default_factory=lambda: list(HEARD))
+    hear: list[str] = msgspec.field(default_factory=lambda: list(RECEIVED))
     set: list[str] = []
     zenoh: dict[str, str] = {}
     log_dir: str = "log"

@@ -21,7 +21,7 @@ from support.positions import format_position
 from support.text_length import list_first
 
 ANSWERS = (imc.VehicleState, imc.EstimatedState, imc.FuelLevel, imc.PlanControlState)
-TOLD = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
+REPORTED = (imc.LogBookEntry.Type.ERROR, imc.LogBookEntry.Type.CRITICAL)
 MOST_ENTRIES = 32  # that wait to be reported
 PATIENCE = 1.0  # s for the answers of all vehicles
 ENDING = 1.0  # s in which vehicles end whose fleet has been killed
@@ -67,7 +67,7 @@ class FleetMonitor:
             hint = "another program has it, or it needs a password: see Local Port and User under zenoh: in the file"
             raise ConnectionError(f"{words} ({hint})") from None
         self._entries: deque[tuple[str, bytes]] = deque(maxlen=MOST_ENTRIES)
-        self._told: dict[str, str] = {}
+        self._last_errors: dict[str, str] = {}
         self._log_books = self._session.declare_subscriber(
             "imc/*/LogBookEntry/*", zenoh.handlers.Callback(self._on_log_book_entry, indirect=False)
         )
@@ -125,10 +125,10 @@ class FleetMonitor:
             vehicle, packet = self._entries.popleft()
             with contextlib.suppress(imc.DecodeError):
                 entry = imc.decode(packet)
-                if isinstance(entry, imc.LogBookEntry) and entry.type in TOLD:
+                if isinstance(entry, imc.LogBookEntry) and entry.type in REPORTED:
                     words = f"{entry.context}: {entry.text}"
-                    if words != self._told.get(vehicle):
-                        self._told[vehicle] = words
+                    if words != self._last_errors.get(vehicle):
+                        self._last_errors[vehicle] = words
                         yield vehicle, words
 
     def _on_log_book_entry(self, sample: Any) -> None:

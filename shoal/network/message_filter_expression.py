@@ -68,7 +68,7 @@ class _FieldMissingError(ExpressionError):
 class _OneMessage(NameScope):
     """Names are fields of messages of one kind. Of comparisons, it keeps which cannot be made, and why."""
 
-    knows_nan = False
+    accepts_nan = False
 
     def __init__(self, kind: type[imc.Message], asked: "_Fields"):
         self.wrong: dict[int, tuple[Comparison, ExpressionError]] = {}

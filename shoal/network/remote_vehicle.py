@@ -105,11 +105,11 @@ class AsyncRemoteVehicle:
 
     def _announced(self) -> Mapping[int, str] | None:
         """The messages of its own that the vehicle announces; the Announce that begins its log lacks them."""
-        told = (
+        announced = (
             Services.parse(found.services).message_checksums
             for found in self.system.latest_entity_messages(imc.Announce)
         )
-        return next((messages for messages in told if messages is not None), None)
+        return next((messages for messages in announced if messages is not None), None)
 
     async def request(self, message: imc.Message, answer: type[M], *, timeout: float | None = None) -> M:
         """Send a message, again and again, until a message of a type comes to us or to all. Raises NoAnswer.
@@ -131,10 +131,10 @@ class AsyncRemoteVehicle:
 
         Raises NetworkError, such as NoAnswer, if one of them does not confirm it.
         """
-        told: set[object] = set()
+        aborted: set[object] = set()
         troubles: list[str] = []
-        while new := [each for each in self._namesakes() if not each[2] <= told]:
-            told = told.union(*(parts for _, _, parts in new))
+        while new := [each for each in self._namesakes() if not each[2] <= aborted]:
+            aborted = aborted.union(*(parts for _, _, parts in new))
             found = await asyncio.gather(*(self._abort(s, n) for s, n, _ in new), return_exceptions=True)
             if other := next((e for e in found if e is not None and not isinstance(e, NetworkError)), None):
                 raise other

@@ -51,7 +51,7 @@ class NetworkSystem:
     rivals: "list[NetworkSystem]" = field(default_factory=list["NetworkSystem"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     clock: float = float("nan")
-    heard_at: float = field(default_factory=time.monotonic)
+    received_at: float = field(default_factory=time.monotonic)
     appeared_at: float = field(default_factory=time.monotonic)
     data_at: float = 0.0
     has_ended: bool = False
@@ -60,7 +60,7 @@ class NetworkSystem:
     @property
     def age(self) -> float:
         """Time since its last packet, or before the first since it appeared (s)."""
-        return time.monotonic() - self.heard_at
+        return time.monotonic() - self.received_at
 
     @property
     def is_there(self) -> bool:
@@ -156,7 +156,7 @@ class NetworkSystem:
         `is_received` is whether the packets of this link count, by `accepts_link`.
         """
         if is_received:
-            self.last[link.name] = self.heard_at = time.monotonic()
+            self.last[link.name] = self.received_at = time.monotonic()
         if not isinstance(message, imc.Announce):
             self.data_at = time.monotonic()
         self.links.setdefault(link.name, link)

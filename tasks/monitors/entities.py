@@ -56,8 +56,8 @@ class Entities(Task):
     @periodic(1.0)
     def publish_state(self) -> None:
         """Publish the state of all entities, once a second."""
-        for label, heard in self._received_at.items():
-            if self.age(heard) > self.report_timeout:
+        for label, received_at in self._received_at.items():
+            if self.age(received_at) > self.report_timeout:
                 self._change(label, Condition.FAILURE, f"no report for {self.report_timeout:g} s", is_logged=False)
         self._publish()
 

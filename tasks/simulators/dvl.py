@@ -92,13 +92,13 @@ class DVL(TrueStateSensorTask):
         if truth is None:
             return
         time, water, ground = truth.timestamp, imc.WaterVelocity(), imc.GroundVelocity()
-        heard = self._find_echoes(truth) if self.beams else None
+        echoes = self._find_echoes(truth) if self.beams else None
         if not invalid:
             through, over = self._velocities(truth)
             x, y, z = _noisy(through, self.water_noise, draws)
             water = imc.WaterVelocity(validity=ALL_VALID, x=x, y=y, z=z)
-            if heard is not None:
-                over = self._relative(truth, over, heard)
+            if echoes is not None:
+                over = self._relative(truth, over, echoes)
             elif not self._reaches_bottom(truth):
                 over = None
             if over is not None:
@@ -106,7 +106,7 @@ class DVL(TrueStateSensorTask):
                 ground = imc.GroundVelocity(validity=ALL_VALID, x=x, y=y, z=z)
         self.publish(water.replace(timestamp=time), keep_time=True)
         self.publish(ground.replace(timestamp=time), keep_time=True)
-        for ear, echo, draw in zip(self._ears, heard or (), further, strict=True):
+        for ear, echo, draw in zip(self._ears, echoes or (), further, strict=True):
             self._report(ear, echo, self.beam_noise * draw, time)
 
     def _velocities(self, truth: imc.SimulatedState) -> tuple[Vector, Vector]:
@@ -129,10 +129,10 @@ class DVL(TrueStateSensorTask):
         reach = self.bottom_range or FARTHEST
         return [nearest_echo(world, beam, elapsed, stream, self.blanking_distance, reach) for beam in beams]
 
-    def _relative(self, truth: imc.SimulatedState, over: Vector, heard: list[BeamEcho | None]) -> Vector | None:
+    def _relative(self, truth: imc.SimulatedState, over: Vector, echoes: list[BeamEcho | None]) -> Vector | None:
         """The velocity by the beams, each from the Doppler shift of its echo."""
         axes, found = self._pose(truth).rotation, list[tuple[Vector, float]]()
-        for direction, echo in zip(self._directions, heard, strict=True):
+        for direction, echo in zip(self._directions, echoes, strict=True):
             if echo is not None:
                 moved = to_body(axes, echo.velocity)
                 pairs = zip(direction, over, moved, strict=True)

@@ -23,7 +23,7 @@ from tasks.transports.replayed_log import LogPlayer, SkippedPackets
 AS_LOGGED = "as logged"
 PLAYER = "Transports.Replay"
 MOST_EARLY = 20_000  # messages that wait until the vehicle of a log is known
-Told = (
+VehicleReports = (
     imc.EntityInfo
     | imc.EntityList
     | imc.EntityState
@@ -62,7 +62,7 @@ class MAVLinkReplay(GroundLinksTask):
     Stations also see the parameters of the replay, by which they can move it.
     """
 
-    hears_others = True
+    receives_others = True
     vehicle_kind: str = param(
         AS_LOGGED, "", "MAV_TYPE reported to ground stations.", choices=(AS_LOGGED, *KINDS), editable=False
     )
@@ -164,7 +164,7 @@ class MAVLinkReplay(GroundLinksTask):
         return self.endpoint
 
     @consume(others=True)
-    def show_state(self, message: ShownMessages | Told) -> None:
+    def show_state(self, message: ShownMessages | VehicleReports) -> None:
         """Take a message of the log."""
         if self._identity is None:
             if len(self._early) < MOST_EARLY and self._path is not None:

@@ -186,17 +186,17 @@ class ReplayedLog:
     def skipped_by_jump(self, place: LogTime) -> SkippedPackets:
         """The packets that the jump to a place has passed, once the first packet from there on was taken."""
         due, self._passed = list(self._passed.values()), {}
-        wanted = [(one, self._shown(one.packet, imc.header(one.packet), told=False)) for one in due]
+        wanted = [(one, self._shown(one.packet, imc.header(one.packet), is_counted=False)) for one in due]
         packets = [one._replace(packet=packet) for one, packet in wanted if packet is not None]
         origin = self.timeline.origin
         return SkippedPackets(self.timeline.elapsed if math.isnan(origin) else place.elapsed(origin), packets)
 
-    def _shown(self, packet: bytes, header: imc.Header, *, told: bool = True) -> bytes | None:
-        """The packet as it is played, None if it is not; one that cannot be is counted if it is `told`."""
+    def _shown(self, packet: bytes, header: imc.Header, *, is_counted: bool = True) -> bytes | None:
+        """The packet as it is played, None if it is not; with `is_counted`, one that cannot be is counted."""
         if (self._types or self._systems or self._speakers) and not self._is_wanted(header):
             return None
         if not self._same and (name := self._foreign(packet, header.id)):
-            self.foreign[name] += told
+            self.foreign[name] += is_counted
             return None
         return self._translate(packet, header) if self._translating else packet
 

@@ -162,7 +162,7 @@ class UDP(DatagramLinkTask):
                 self.on_announce(message)
             elif isinstance(message, imc.ImageTxSettings):
                 self.on_picture_request(message)
-            peer.heard, peer.taken = now, True
+            peer.received_at, peer.taken = now, True
             if peer.source == address:
                 peer.last_from_source = now
             elif not peer.is_secondary_address(address, now):

@@ -160,9 +160,9 @@ class CameraComponent:
     def _publish(self, topic: str, more: str) -> None:
         self._port.publish(imc.Event(topic=topic, data=f"camera={self.label};{more}", dst=self._port.imc_id))
 
-    def add_picture(self, told: imc.Event) -> int | None:
+    def add_picture(self, event: imc.Event) -> int | None:
         """Remember a picture; its index, None if the event lacks something."""
-        given = dict(item.split("=", 1) for item in told.data.split(";") if "=" in item)
+        given = dict(item.split("=", 1) for item in event.data.split(";") if "=" in item)
         names = ("time", "lat", "lon", "height", "depth", "roll", "pitch", "yaw")
         try:
             time, lat, lon, height, depth, *angles = (float(given[name]) for name in names)

@@ -21,21 +21,21 @@ class GcsFailsafe:
 
     def __init__(self, control: VehicleControl) -> None:
         self._control = control
-        self._heard_at: float | None = None
+        self._received_at: float | None = None
 
     def receive(self, message: ReceivedMessage, now: float) -> None:
         """Take a message: the heartbeats of stations count, and what is sent to this vehicle alone."""
         values = message.values
         beat = message.name == "HEARTBEAT" and values["type"] == GROUND_STATION
         if beat or self._control.model.system in (values.get("target_system"), values.get("target")):
-            self._heard_at = now
+            self._received_at = now
 
     def tick(self, action: str, timeout: float, now: float) -> bool:
         """Act once after a silence of `timeout` s, if the vehicle does what a station has asked for."""
-        control, heard = self._control, self._heard_at
-        if heard is None or control.age(heard) <= timeout:
+        control, received_at = self._control, self._received_at
+        if received_at is None or control.age(received_at) <= timeout:
             return False
-        self._heard_at = None
+        self._received_at = None
         if not control.model.active_guided_plan_id and control.mission.state is not MissionState.ACTIVE:
             return False
         control.model.interrupted = control.model.mode, control.model.command_count

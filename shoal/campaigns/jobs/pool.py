@@ -99,8 +99,8 @@ class ProcessPool:
         """Wait for the next results, ends of processes, or limits that are reached."""
         pipes = {worker.pipe: worker for worker in self._workers}
         left = min(worker.seconds_left for worker in self._workers)
-        heard = wait(list(pipes), left if left < float("inf") else None)
-        for worker in [worker for pipe, worker in pipes.items() if pipe in heard]:
+        ready = wait(list(pipes), left if left < float("inf") else None)
+        for worker in [worker for pipe, worker in pipes.items() if pipe in ready]:
             job = worker.job
             try:
                 result = worker.receive()

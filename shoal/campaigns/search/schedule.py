@@ -77,13 +77,13 @@ class SearchSchedule:
             return known
         seed = int(hashed_uniform(self._seed, "search", first) * 2**31)
         axes, goal = list(self._search.axes.values()), self._search.objective
-        told = [(values, goal.value(self._rows[run])) for run, values in self._raw_values.items() if run]
+        results = [(values, goal.value(self._rows[run])) for run, values in self._raw_values.items() if run]
         defaults = {axis.place: axis.default for axis in axes}
         if all(
             d is not None and axis.position_of(d) is not None for axis, d in zip(axes, defaults.values(), strict=True)
         ):
-            told.insert(0, ({place: d for place, d in defaults.items() if d is not None}, goal.value(self._rows[0])))
-        return suggest_trials(axes, told, count=count, seed=seed, largest=goal.is_maximized) or None
+            results.insert(0, ({place: d for place, d in defaults.items() if d is not None}, goal.value(self._rows[0])))
+        return suggest_trials(axes, results, count=count, seed=seed, largest=goal.is_maximized) or None
 
     def _shrink(self) -> Generator[list[int]]:
         """Make the smallest change that breaks it smaller, with as many runs as are allowed."""

@@ -43,7 +43,7 @@ from shoal.cli.worker_options import check_wall_limit, wall_limit_option, worker
 from shoal.logs.inspect import format_duration, format_noun_count
 from support.terminal_text import printable
 
-TELL_PERIOD = 30.0  # s between lines in a pipe
+REPORT_PERIOD = 30.0  # s between lines in a pipe
 MOST_NAMES = 12
 
 
@@ -142,7 +142,7 @@ class _ProgressDisplay:
 
     def __init__(self, most: int):
         self.bar = ProgressBar("starting", most, amount=MofNCompleteColumn())
-        self._told = time.monotonic()
+        self._reported_at = time.monotonic()
         self._is_first = True
 
     def note(self, words: str) -> None:
@@ -156,8 +156,8 @@ class _ProgressDisplay:
         self._is_first = False
         if self.bar.is_live:
             self.bar.show(len(data.counted_rows), progress_line(data, is_short=True))
-        elif now - self._told > TELL_PERIOD:
-            self._told = now
+        elif now - self._reported_at > REPORT_PERIOD:
+            self._reported_at = now
             click.echo(progress_line(data), err=True)
 
 

@@ -66,7 +66,7 @@ def info(log: Path, entities: bool, as_json: bool) -> None:
 
 def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
     others = [summary.names.system_name(src) for src in summary.clocks if src != summary.owner]
-    heard = f", also messages from {', '.join(others)}" if others else ""
+    senders = f", also messages from {', '.join(others)}" if others else ""
     packed = f", {format_size(summary.unpacked)} unpacked" if summary.path.suffix != ".lsf" else ""
     source = summary.schema_source or "built-in, none beside the log"
     if summary.schema_source and len(logs) > 1:  # that of all logs together is a temporary file
@@ -79,7 +79,7 @@ def _facts(summary: LogSummary, logs: list[Path]) -> list[tuple[str, str]]:
         if place is not None:
             facts.append(("run", f"log {place.number} of the run that began with {place.first}; --run takes them all"))
     facts += [
-        ("system", f"{summary.names.system_name(summary.owner)}{heard}"),
+        ("system", f"{summary.names.system_name(summary.owner)}{senders}"),
         ("from", format_time(summary.start)),
         ("to", f"{format_time(summary.end)} ({format_duration(summary.duration)})"),
         (

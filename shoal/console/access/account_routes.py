@@ -16,11 +16,11 @@ from support.terminal_text import printable
 class AccountRoutes:
     """The routes; `cookie` is the name of the cookie with the secret of a session.
 
-    `knows(vehicle)` is whether there is a vehicle of this name.
+    `has_vehicle(vehicle)` is whether there is a vehicle of this name.
     """
 
-    def __init__(self, access: Access, authority: Authority, cookie: str, knows: Callable[[str], bool]) -> None:
-        self._access, self._authority, self._cookie, self._knows = access, authority, cookie, knows
+    def __init__(self, access: Access, authority: Authority, cookie: str, has_vehicle: Callable[[str], bool]) -> None:
+        self._access, self._authority, self._cookie, self._has_vehicle = access, authority, cookie, has_vehicle
         self.routes: list[Route] = [
             Route("/api/login", self._login, methods=["POST"]),
             Route("/api/logout", self._logout, methods=["POST"]),
@@ -73,7 +73,7 @@ class AccountRoutes:
             return PlainTextResponse("log in first", 401)
         words = await json_object(request)
         vehicle = words.get("vehicle")
-        if not isinstance(vehicle, str) or not self._knows(vehicle):
+        if not isinstance(vehicle, str) or not self._has_vehicle(vehicle):
             return JSONResponse({"ok": False, "text": "there is no such vehicle"})
         try:
             text = self._authority.change_lease(session, vehicle, words.get("change"))

@@ -39,8 +39,8 @@ def parse_picture(message: imc.CompressedImage) -> CameraPicture:
     """The picture in a message. Raises ValueError with the reason why it cannot be shown."""
     data = bytes(message.data)
     header = read_picture_header(data)
-    told = _read_comment(header.comment)
-    time, label, lens = told.get("time"), told.get("camera"), told.get("lens")
+    metadata = _read_comment(header.comment)
+    time, label, lens = metadata.get("time"), metadata.get("camera"), metadata.get("lens")
     seconds = finite_number(time)
     return CameraPicture(
         header,
@@ -66,8 +66,8 @@ def _read_comment(comment: bytes) -> dict[str, object]:
 def _parse_lens(text: str) -> PictureLens | None:
     """The camera in an entry of cameras.yaml, as JSON; None if its model is not known here."""
     try:
-        told: dict[str, Any] = json.loads(text)
-        pose = np.array(told.pop("T_BS"), float).reshape(4, 4)
-        return PictureLens(LoggedCamera(told, pose), parse_calibration(json.dumps(told)))
+        metadata: dict[str, Any] = json.loads(text)
+        pose = np.array(metadata.pop("T_BS"), float).reshape(4, 4)
+        return PictureLens(LoggedCamera(metadata, pose), parse_calibration(json.dumps(metadata)))
     except (LookupError, TypeError, ValueError, ArithmeticError):
         return None

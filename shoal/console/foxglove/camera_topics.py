@@ -77,12 +77,12 @@ def _scaled(picture: CameraPicture) -> LoggedCamera:
     def scaled(fx: float, fy: float, cx: float, cy: float) -> list[float]:
         return [fx * across, fy * down, (cx + 0.5) * across - 0.5, (cy + 0.5) * down - 0.5]
 
-    told: dict[str, Any] = {**camera.model, "resolution": [width, height]}
-    if told.get("camera_model") == "pinhole" and "intrinsics" in told:
-        told["intrinsics"] = scaled(*told["intrinsics"])
-    opencv: Mapping[str, Any] | None = told.get("opencv")
+    values: dict[str, Any] = {**camera.model, "resolution": [width, height]}
+    if values.get("camera_model") == "pinhole" and "intrinsics" in values:
+        values["intrinsics"] = scaled(*values["intrinsics"])
+    opencv: Mapping[str, Any] | None = values.get("opencv")
     if opencv is not None:
         (fx, _, cx), (_, fy, cy), _ = opencv["K"]
         fx, fy, cx, cy = scaled(fx, fy, cx, cy)
-        told["opencv"] = {**opencv, "K": [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]}
-    return camera._replace(model=told)
+        values["opencv"] = {**opencv, "K": [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]}
+    return camera._replace(model=values)

@@ -207,7 +207,7 @@ def server_info(
     metadata: Mapping[str, str],
     span: tuple[int, int] | None = None,
 ) -> str:
-    """The first message; a viewer that connects again knows by `session` that channels have kept their numbers.
+    """The first message; `session` shows a viewer that connects again whether channels have kept their numbers.
 
     `span` are the first and the last time (ns since 1970 UTC) of what is played.
     """

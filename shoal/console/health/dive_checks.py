@@ -139,12 +139,12 @@ class DiveChecks:
             return _unknown("GPS fix", "GpsFix", since=self._since(imc.GpsFix))
         if not fix.validity & valid.VALID_POS:
             return DiveCheck("GPS fix", "red", f"no valid position, {fix.satellites} satellites", "GpsFix")
-        knows = bool(fix.validity & valid.VALID_HDOP) and math.isfinite(fix.hdop)
-        color: Color = "green" if knows and fix.hdop <= GPS_WEAK else "yellow"
+        has_hdop = bool(fix.validity & valid.VALID_HDOP) and math.isfinite(fix.hdop)
+        color: Color = "green" if has_hdop and fix.hdop <= GPS_WEAK else "yellow"
         return DiveCheck(
             "GPS fix",
             color,
-            f"{fix.satellites} satellites, HDOP {fix.hdop:.1f}" if knows else f"{fix.satellites} satellites, no HDOP",
+            f"{fix.satellites} satellites, {f'HDOP {fix.hdop:.1f}' if has_hdop else 'no HDOP'}",
             "GpsFix",
         )
 

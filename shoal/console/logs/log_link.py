@@ -60,7 +60,7 @@ class LogLink:
         return printable(f"this log is not complete: {places} ({', '.join(reasons)})")
 
     def system_name(self, number: int) -> str:
-        """The name of a system, by which the network knows it."""
+        """The name of a system, as the network lists it."""
         return self._names.get(number, "")
 
     @property

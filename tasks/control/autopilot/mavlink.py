@@ -249,7 +249,7 @@ class MAVLink(AutopilotTask):
             self._aid(usbl_fix(fix, self.geoid_undulation))
 
     def _aid(self, fix: imc.GpsFix) -> None:
-        if self._heartbeat.heard and is_usable_fix(fix):
+        if self._heartbeat.is_alive and is_usable_fix(fix):
             self.connection.send("GPS_INPUT", gps_input_fields(fix, self.geoid_undulation, self.now))
 
     @consume(others=True)
@@ -286,7 +286,7 @@ class MAVLink(AutopilotTask):
         self.connection.send_heartbeat()
         if self._is_late:
             self.controller.position = None  # where it was is no place to steer from
-        if not self._heartbeat.heard or self._is_late:
+        if not self._heartbeat.is_alive or self._is_late:
             return
         self.connection.send_timesync(self.now_ns)
         if self._telemetry.is_message_overdue("SYS_STATUS", FORGOTTEN):
@@ -303,7 +303,7 @@ class MAVLink(AutopilotTask):
 
     def _control(self) -> None:
         """Let the controller do what is next, and show how it is going."""
-        if self._heartbeat.heard:
+        if self._heartbeat.is_alive:
             self.controller.tick(self.now_without_stalls)
             error = self.controller.error
             self._show(PATH_CONTROL, State.ERROR if error else State.NORMAL, error or self.controller.goal.name.lower())

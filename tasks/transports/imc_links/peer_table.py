@@ -31,7 +31,7 @@ ON_THE_BUS = "came over zenoh, too"
 class Peer:
     """A system that has announced itself: `addresses` are its ports by address, and when they were announced (s).
 
-    `source` is where its datagrams come from, None before the first; `heard` is when the last one arrived,
+    `source` is where its datagrams come from, None before the first; `received_at` is when the last one arrived,
     `last_from_source` when the last one came from `source` (s). `sources` are the addresses that it was seen at,
     `answered_at` is when it was greeted (s).
     `taken` is whether a packet of it has reached the bus, `commands` whether it has sent more than reports.
@@ -44,7 +44,7 @@ class Peer:
     addresses: dict[str, tuple[int, float]] = field(default_factory=dict[str, tuple[int, float]])
     announced: float = -math.inf
     source: str | None = None
-    heard: float = -math.inf
+    received_at: float = -math.inf
     last_from_source: float = -math.inf
     sources: dict[str, None] = field(default_factory=dict[str, None])
     answered_at: float = -math.inf
@@ -151,7 +151,7 @@ class PeerTable:
 
     def is_in_contact(self, peer: Peer, now: float) -> bool:
         return peer.system in self.called or (
-            peer.source is not None and self._silence(peer.heard, now) <= self.timeout
+            peer.source is not None and self._silence(peer.received_at, now) <= self.timeout
         )
 
     def remove_silent(self, now: float) -> list[Peer]:
@@ -172,7 +172,7 @@ class PeerTable:
         """Note an address where nothing listens any more; returns its silent peers, which are no longer in contact."""
         each = self.by_id.values()
         there = [peer for peer in each if peer.source is not None and peer.endpoint == place]
-        lost = [peer for peer in there if self._silence(peer.heard, now) > QUIET]
+        lost = [peer for peer in there if self._silence(peer.received_at, now) > QUIET]
         self._part(lost)
         return lost
 
@@ -198,7 +198,7 @@ class PeerTable:
         def worth(peer: Peer) -> tuple[bool, bool, bool, float]:
             if not self.is_in_contact(peer, now):
                 return False, False, False, peer.announced
-            return True, count[peer.source] <= SHARE, peer.commands, peer.heard
+            return True, count[peer.source] <= SHARE, peer.commands, peer.received_at
 
         least = min(spare, key=worth)
         if self.is_in_contact(least, now):

@@ -49,7 +49,7 @@ class PacketStream:
         self.systems: OrderedDict[int, float] = OrderedDict()  # and when a packet of each came last (s)
         self.taken: int = 0
         self.commands: bool = False
-        self.heard = now  # when it connected, or sent a packet last
+        self.received_at = now  # when it connected, or sent a packet last
         self.bucket: TokenBucket = TokenBucket(rate, rate)
         self.bucket.spend(now, rate)  # who connects again and again gets no burst each time
         self.rubbish = self.lost = 0  # bytes outside packets: since the last good one, and reported in all
@@ -256,8 +256,8 @@ class StreamLinkTask(ImcLinkTask):
             return
         self.taken += 1
         stream.taken += 1
-        stream.heard, stream.commands = network_time(self), stream.commands or kind not in REPORTS
-        stream.add_system(head.src, stream.heard)
+        stream.received_at, stream.commands = network_time(self), stream.commands or kind not in REPORTS
+        stream.add_system(head.src, stream.received_at)
         if isinstance(message, imc.ImageTxSettings):
             self.on_picture_request(message)
         self.on_message(stream, message)

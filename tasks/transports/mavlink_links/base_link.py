@@ -180,8 +180,8 @@ class Link:
 
     def make_room(self) -> bool:
         """Drop the peer that has been silent longest; False if all have sent lately."""
-        peer, session = min(self.sessions.items(), key=lambda item: item[1].last_heard)
-        if self._host.age(session.last_heard) < SILENCE * self._host.clock_speed:
+        peer, session = min(self.sessions.items(), key=lambda item: item[1].received_at)
+        if self._host.age(session.received_at) < SILENCE * self._host.clock_speed:
             return False
         self.end_session(peer)
         return True
@@ -199,7 +199,7 @@ class Link:
     def forget_silent(self, timeout: float) -> None:
         """End the contact with peers that have been silent for longer than a timeout (s)."""
         for peer, session in list(self.sessions.items()):
-            if self._host.age(session.last_heard) > timeout:
+            if self._host.age(session.received_at) > timeout:
                 if not self.keeps_session(peer):
                     self.end_session(peer)
                 elif session.contact:

@@ -34,7 +34,7 @@ class GroundLinksTask(Task):
     external = True
     requires = "mavlink"
     optional = True
-    hears_others = False  # whether other systems are shown
+    receives_others = False  # whether other systems are shown
     recorder: TelemetryLogs | None = None
 
     links: list[str] = param(
@@ -152,7 +152,7 @@ class GroundLinksTask(Task):
         self.endpoint: VehicleEndpoint = self.make_endpoint()
         self._resources.callback(self.endpoint.close)
         for kind in {value.kind for value in self.parse_named_values()} - set(get_args(ShownMessages)):
-            self.vehicle.bus.subscribe(Subscription(kind, self.show_state, self, others=self.hears_others))
+            self.vehicle.bus.subscribe(Subscription(kind, self.show_state, self, others=self.receives_others))
         if self.tlog:
             root = self.vehicle.log_root / self.system_name
             self.recorder = TelemetryLogs(self.endpoint.dialect, root, self.log.warning, self.is_in_flight)
@@ -160,8 +160,8 @@ class GroundLinksTask(Task):
             self.recorder.set_folder(self.vehicle.log_folder)
         self.link_set: LinkSet = LinkSet(self.links, self)
         self._resources.callback(self.link_set.close)
-        told = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.endpoint.model.system}")
-        self.publish(imc.AnnounceService(service=str(told), service_type=Offered.LOCAL | Offered.EXTERNAL))
+        service = Service("mavlink+info", "0.0.0.0", path=f"/system/{self.endpoint.model.system}")
+        self.publish(imc.AnnounceService(service=str(service), service_type=Offered.LOCAL | Offered.EXTERNAL))
 
     def is_in_flight(self) -> bool:
         """Whether the vehicle is armed, or moves."""

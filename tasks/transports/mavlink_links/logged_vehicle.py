@@ -78,13 +78,13 @@ def identify_log_owner(path: Path, wanted: str = "") -> LoggedIdentity | str:
         return f"{path}: {error}"
     about, options = announced.get(owner), _configured(log.path.parent)
     kind, number = options.get("Vehicle Kind", ""), options.get("System Id", "")
-    told = Services.parse(about.services).mavlink_id if about is not None else 0
+    announced_id = Services.parse(about.services).mavlink_id if about is not None else 0
     chosen = int(number) if number.isdecimal() and len(number) <= 3 else 0
     return LoggedIdentity(
         owner,
         names.system_name(owner),
         kind if kind in KINDS else TYPES.get(about.sys_type if about is not None else -1, "submarine"),
-        chosen or told or mavlink_system_id(owner),
+        chosen or announced_id or mavlink_system_id(owner),
         _number(options.get("Geoid Undulation", "")),
     )
 

@@ -102,7 +102,7 @@ class Client(StreamLinkTask):
         if stream is None:
             self.set_entity_state(State.FAULT, self.trouble.reason or "connecting")
             return
-        if network_silence(self, stream.heard) < SILENCE:
+        if network_silence(self, stream.received_at) < SILENCE:
             self.trouble.end()
             self.set_entity_state(State.NORMAL, self.statistics_text())
             return

@@ -154,12 +154,12 @@ class Server(StreamLinkTask):
             return count[stream.address] <= self.maximum_connections // 2
 
         def worth(stream: PacketStream) -> tuple[bool, bool, float]:
-            return is_fair(stream), stream.commands, stream.heard
+            return is_fair(stream), stream.commands, stream.received_at
 
         spare = [
             stream
             for stream in self.streams
-            if network_silence(self, stream.heard) > IDLE or not (is_fair(stream) or stream.address == address)
+            if network_silence(self, stream.received_at) > IDLE or not (is_fair(stream) or stream.address == address)
         ]
         if not spare:
             return False

@@ -167,11 +167,11 @@ class ImageSaverTask(TransmittingCameraTask):
             return ""
         file = f"{PHOTOS_FOLDER}/{photo_name(self.entity.label, self._kept, time, self.image_format)}"
         path = self._folder / file
-        told = picture_event_data(self._within_logs(self._called / file), self._kept, time, *described)
+        data = picture_event_data(self._within_logs(self._called / file), self._kept, time, *described)
         self._describe_cameras(path.parent)
         self._kept += 1
         self._writing += 1
-        self.offload(write_picture, path, image, self.image_format, then=partial(self._written, told))
+        self.offload(write_picture, path, image, self.image_format, then=partial(self._written, data))
         return file
 
     def _keep_in(self, folder: Path, called: Path) -> None:
@@ -206,18 +206,18 @@ class ImageSaverTask(TransmittingCameraTask):
         self._counts = counts
         if not (self._writing or self._wanted or self.save_images):
             self._unwritten = ""
-        told = f"{counts}, {self.lost} pictures lost" if self.lost else counts
+        text = f"{counts}, {self.lost} pictures lost" if self.lost else counts
         if trouble := self._unwritten or self._undescribed:
-            self.set_entity_state(State.FAILURE, f"{trouble}, {told}")
+            self.set_entity_state(State.FAILURE, f"{trouble}, {text}")
         else:
-            self.set_entity_state(State.NORMAL, told)
+            self.set_entity_state(State.NORMAL, text)
 
-    def _written(self, told: str, error: str) -> None:
+    def _written(self, data: str, error: str) -> None:
         self._writing -= 1
         if error:
             self._miss(error)
             return
-        self.publish(imc.Event(topic="Picture", data=told))
+        self.publish(imc.Event(topic="Picture", data=data))
         if self._unwritten:
             self.log.info(f"pictures are written again; {self.lost} were lost")
         self._unwritten = ""

@@ -103,8 +103,8 @@ def encode_picture(frame: Frame, quality: int, lens: str = "") -> tuple[bytes, s
     from PIL import Image
 
     lens = lens or json.dumps(_describe_lens(frame))
-    told = {"camera": frame.camera, "time": round(frame.time, 6), "index": frame.index}
-    comment = f'{json.dumps(told)[:-1]}, "lens": {lens}}}'.encode()
+    metadata = {"camera": frame.camera, "time": round(frame.time, 6), "index": frame.index}
+    comment = f'{json.dumps(metadata)[:-1]}, "lens": {lens}}}'.encode()
     picture, side = Image.fromarray(np.ascontiguousarray(frame.image[..., :3])), LONGEST_SIDE
     while True:
         picture.thumbnail((side, side))

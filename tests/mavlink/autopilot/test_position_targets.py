@@ -108,5 +108,5 @@ def test_a_heartbeat_is_late_once_and_lost_once():
     assert not watch.becomes_lost(13.9, 3.0)
     assert watch.becomes_lost(14.5, 3.0)
     assert not watch.becomes_lost(14.6, 3.0)
-    assert not watch.heard
+    assert not watch.is_alive
     assert watch.receive(20.0)

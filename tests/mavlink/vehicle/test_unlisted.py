@@ -73,9 +73,9 @@ def test_the_next_message_of_a_listed_station_on_the_same_link_is_obeyed(desk):
 def test_a_station_that_may_not_command_does_not_hold_off_the_failsafe(desk):
     desk.options.gcs_timeout = 10.0
     desk.send("HEARTBEAT", type=6)
-    heard = desk.endpoint.failsafe._heard_at
-    assert heard == desk.now
+    received_at = desk.endpoint.failsafe._received_at
+    assert received_at == desk.now
     desk.now += 5.0
     sent(desk, "HEARTBEAT", {"type": 6})
     sent(desk, "COMMAND_LONG", {**HERE, "command": 512, "param1": 148.0})
-    assert desk.endpoint.failsafe._heard_at == heard
+    assert desk.endpoint.failsafe._received_at == received_at

@@ -69,7 +69,7 @@ def test_a_console_that_sends_refused_values_without_end_does_not_fill_the_log_b
 
 def test_parameters_are_told_to_all_at_the_start_and_when_they_change():
     vehicle = Vehicle("v", 0x1A, clock=VirtualClock(), profile=NoProfile())
-    vehicle.daemon.tells_all = True
+    vehicle.daemon.publishes_all = True
     vehicle.add(Valve, "Valve")
     told = []
     vehicle.observe(imc.EntityParameters, told.append)

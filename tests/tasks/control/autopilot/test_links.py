@@ -71,7 +71,7 @@ def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
     boat = body("autopilot-rover", "--key", "right luggage", kind="boat", address=address)
     task = boat.vehicle.task_by_label("Autopilot")
     boat.wait(lambda: hasattr(task, "connection") and task.connection.counts["forged"] > 3)
-    assert not task.connection.has_heard_autopilot
+    assert not task.connection.has_received_heartbeat
     assert not boat.said[imc.EstimatedState]
 
 

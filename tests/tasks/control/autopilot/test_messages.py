@@ -229,6 +229,6 @@ def test_a_copter_that_the_task_led_before_it_was_restarted_holds():
 def test_what_this_vehicle_tells_ground_stations_is_not_its_autopilot():
     own = frame("HEARTBEAT", system=0x1A, **BEAT)
     run = heard((0.0, own), (1.0, own))
-    assert not run.task.connection.has_heard_autopilot
+    assert not run.task.connection.has_received_heartbeat
     assert sum("this vehicle's own MAVLink id" in words for words in run.log) == 1
-    assert heard((0.0, own), autopilot_id=0x1A).task.connection.has_heard_autopilot
+    assert heard((0.0, own), autopilot_id=0x1A).task.connection.has_received_heartbeat

@@ -47,7 +47,7 @@ class Scene:
     def sends(self, data=None, address="10.0.0.7", port=6001, now=NOW):
         peer = self.gate.evaluate(packet() if data is None else data, address, port, now)
         if isinstance(peer, Peer):
-            peer.source, peer.heard = address, now
+            peer.source, peer.received_at = address, now
         return peer
 
     def targets(self, now=NOW):
@@ -203,7 +203,7 @@ def test_more_systems_than_there_is_room_for():
     assert peers.find(1), "a listed console stays"
     assert peers.find(999)
     for peer in peers:
-        peer.source, peer.heard = "10.0.0.7", NOW + 1000
+        peer.source, peer.received_at = "10.0.0.7", NOW + 1000
     assert peers.on_announce(2000, "late", Services(), NOW + 1000)
     assert len(peers) == MOST_PEERS
     assert peers.find(1), "a listed console stays"
@@ -216,7 +216,7 @@ def test_nobody_shuts_out_an_operator_by_many_names():
 
     def join(system, address, commands=False):
         peer = peers.on_announce(system, "", Services(), NOW)
-        peer.source, peer.heard, peer.commands = address, NOW + system / 1e3, commands
+        peer.source, peer.received_at, peer.commands = address, NOW + system / 1e3, commands
 
     join(1, "10.0.0.1", commands=True)
     join(2, "10.0.0.1")
