@@ -31,7 +31,7 @@ ORDER = DIALECT.by_name["COMMAND_LONG"]
 
 
 def rubbish(kind: str) -> bytes:
-    """About 1 MB."""
+    """Bytes of a kind, about 1 MB."""
     frame = encode(ORDER, ORDER.pack({"target_system": 99, "command": 400, "param1": 1.0}), 0, 254, 1)
     if kind == "random":
         return random.Random(1).randbytes(RATE)

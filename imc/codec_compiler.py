@@ -95,7 +95,7 @@ def compile_packet_encoder(cls: "type[Message]", given_header: bool) -> Any:
 
 
 def compile_round_trip(cls: "type[Message]", encodes: bool, general: Passage) -> Passage:
-    """For a class of fixed size: what `round_trip_function` returns. `general` is for messages with surplus bytes."""
+    """The result of `round_trip_function` for a class of fixed size. `general` is for messages with surplus bytes."""
     prefix = "IH" if encodes else ""
     whole, seen = struct.Struct("<" + prefix + ADDRESS + cls.WIRE), struct.Struct("<" + ADDRESS + cls.WIRE)
     begin = [str(cls.SYNC | cls.ID << 16), str(whole.size - HEADER_SIZE)] if encodes else []

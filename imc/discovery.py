@@ -79,7 +79,7 @@ class Service(NamedTuple):
 
 MESSAGES = Service("shoal+info", "0.0.0.0", 0, "/messages/")
 CONSOLE = "/console/"
-"""With the name of a network, the path of the only service of a console that takes packets where they come from."""
+"""Path, before the name of a network, of the only service of a console that takes packets where they come from."""
 
 
 def message_services(signatures: Mapping[int, str]) -> tuple[Service, ...]:

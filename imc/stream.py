@@ -69,7 +69,7 @@ class StreamParser:
         return self._scan(self._decode, final=True)
 
     def close_packets(self) -> list[bytes]:
-        """Like `close`, not decoded."""
+        """The packets of the messages that `close` returns."""
         return self._scan(bytes, final=True)
 
     @property

@@ -115,7 +115,7 @@ class StreamSplitter:
         return self._take(data, _scan(data, self._dialect, whole=False, damaged=self._damaged))
 
     def take_remaining_messages(self) -> tuple[list[ReceivedMessage], int]:
-        """No longer wait for the end of a frame: the messages in what is kept, which is all that may be damaged."""
+        """The messages in what is kept, which may be damaged; the end of a frame is no longer expected."""
         return self._take(self._kept, _scan(self._kept, self._dialect, whole=True, damaged=self._damaged))
 
     def _take(self, data: bytes, scan: "_Scan") -> tuple[list[ReceivedMessage], int]:

@@ -109,7 +109,7 @@ class RecordTimes:
         self._doubtful: float | None = None
 
     def accepts(self, time: float) -> bool:
-        """Whether it can be the time of the next record."""
+        """Whether the next record can have this time."""
         if self.last is not None and abs(time - self.last) > LONGEST_JUMP:
             sure = self._doubtful is not None and abs(time - self._doubtful) <= LONGEST_JUMP
             self._doubtful = time

@@ -55,7 +55,7 @@ def interfaces() -> list[Interface]:
 
 
 def enable_icmp_errors(sender: socket.socket) -> None:
-    """Have a UDP socket store which computers reject its packets, where the system can; see `refused_destinations`."""
+    """Let a UDP socket store which computers reject its packets, where the system can; see `refused_destinations`."""
     with suppress(OSError):
         sender.setsockopt(socket.IPPROTO_IP, RECEIVE_ERRORS, 1)
 

@@ -54,7 +54,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class ConfigWarning:
-    """Something odd that a task finds in its profile: the option, why, and the fix; no `section` means its own."""
+    """An oddity that a task finds in its profile: the option, why, and the fix; no `section` means its own."""
 
     option: str
     text: str

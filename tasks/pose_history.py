@@ -88,7 +88,7 @@ class PoseHistory:
 
 
 def _carried(state: imc.EstimatedState, belief: PoseEstimate, time: float) -> PoseEstimate:
-    """On from a state by its velocities and rates; those that make no sense count as 0."""
+    """Carry a state on by its velocities and rates; those that make no sense count as 0."""
     seconds = time - state.timestamp
     speeds = state.vx, state.vy, state.vz
     north, east, down = speeds if math.hypot(*speeds) < FARTHEST else (0.0, 0.0, 0.0)

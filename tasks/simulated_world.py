@@ -250,7 +250,7 @@ class TrueState:
 
 
 def _carried(motion: BodyMotion, place: WorldPose, seconds: float) -> WorldPose:
-    """On from a state by its velocities and rates."""
+    """Carry a state on by its velocities and rates."""
     (north, east, down), angles = motion.predict_displacement_and_angles(seconds)
     return WorldPose(place.north + north, place.east + east, place.down + down, angles)
 

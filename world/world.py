@@ -10,7 +10,7 @@ from world.sun import Sun
 
 @dataclass(frozen=True)
 class World:
-    """Everything around a vehicle. Places are m north and east of the origin, and m below the surface of the sea.
+    """The surroundings of a vehicle. Places are m north and east of the origin, and m below the surface of the sea.
 
     `origin` is a latitude and longitude (rad); without it, places count from where a vehicle is first seen. `seabed` is
     None where the bottom is not known. `water_visibility` and `air_visibility` (m) are the distances at which 2 % of

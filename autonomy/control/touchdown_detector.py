@@ -29,7 +29,7 @@ class TouchdownDetector:
         self._level: float | None = None
 
     def update(self, now: float, descent: float, vz: float | None, share: float, force: float | None = None) -> bool:
-        """Whether it stands at a time (s).
+        """Whether the vehicle stands at a time (s).
 
         Desired and measured descent are in m/s, the thrust is a `share` of the weight, `force` (m/s²) is the specific
         force upward in the last tenth of a second; None is what is not measured.

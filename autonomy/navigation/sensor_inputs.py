@@ -182,7 +182,7 @@ class SensorInputs:
         return None
 
     def lacks_velocity(self, now: float) -> bool:
-        """Whether there is neither a velocity over ground nor one through the water."""
+        """Whether velocities are missing, both over ground and through the water."""
         return now - max(self.ground.last, self.water.last) > self.settings.dvl_timeout
 
     def _contradicts_motor(self, now: float, surge: float) -> bool:

@@ -166,7 +166,7 @@ class ExpressionCompiler:
         raise self._no_function(node)
 
     def _distance(self, node: tree.Call) -> Operand:
-        """Between two messages, or from one to a latitude and a longitude."""
+        """Distance between two messages, or from one to a latitude and a longitude."""
         if len(node.arguments) not in (2, 3):
             raise node.error(
                 "distance takes two messages, such as distance(SimulatedState, EstimatedState), "

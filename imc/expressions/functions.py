@@ -60,7 +60,7 @@ def distance(a: Any, b: Any) -> float:
 def _frames(
     lat: float, lon: float, height: float, to_lat: float, to_lon: float, to_height: float
 ) -> tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]:
-    """Between the frames north, east, down of two references: the offset of the second in the first, and its axes."""
+    """Offset of the second in the first of two references, and its axes, from their frames north, east, down."""
     offset = displacement(lat, lon, height, to_lat, to_lon, to_height)
     turn = to_lon - lon
     s, c, ts, tc = math.sin(lat), math.cos(lat), math.sin(to_lat), math.cos(to_lat)

@@ -45,7 +45,7 @@ class Operand:
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is always the same."""
+        """Whether the value is always the same."""
         return not self.needs and not self.unready
 
     def error(self, reason: str) -> ExpressionError:
@@ -67,7 +67,7 @@ class Operand:
         return self.unit or other.unit
 
     def is_known(self, latest: LatestMessages) -> bool:
-        """Whether it has a value."""
+        """Whether the operand has a value."""
         return all(latest[index] is not None for index in self.needs) and not any(
             unready(latest) for unready in self.unready
         )

@@ -30,7 +30,7 @@ class PacketPositions(NamedTuple):
         return self.offsets + (self.heads >> 16) + SMALLEST_PACKET
 
     def select(self, chosen: Any) -> "PacketPositions":
-        """Only the packets chosen by a mask, a slice or an array of indices."""
+        """The packets chosen by a mask, a slice or an array of indices."""
         return PacketPositions(self.offsets[chosen], self.heads[chosen], self.big[chosen])
 
 

@@ -42,7 +42,7 @@ class FileState(msgspec.Struct, frozen=True):
     changed: int
     """ns since 1970 UTC"""
     touched: int
-    """Like `changed`, but of the file's state, which no program can set"""
+    """Time as in `changed`, but of the file's state, which no program can set"""
     ends: bytes
     """A digest of the start and the end of the file."""
 

@@ -126,7 +126,7 @@ class Log:
         return self._decoded(self._ids(kinds), self._meaning(where))
 
     def time_ordered(self, *kinds: Kind, **where: Unpack[Conditions]) -> Iterator[Message]:
-        """Like `messages`, by timestamp; messages with equal times in the order of the file, those with NaN last."""
+        """The same as `messages`, by timestamp: equal times in the order of the file, those with NaN last."""
         import numpy as np
 
         conditions = self._meaning(where)

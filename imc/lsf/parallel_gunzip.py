@@ -28,7 +28,7 @@ class ParallelMap(Protocol):
 def unpack_ahead(
     file: BinaryIO, form: Compression, begin: int, spread: ParallelMap | None, unpacked: int = 0
 ) -> Iterator[MemberData]:
-    """Like `unpack_members`, but unpacks some stretches ahead with `spread`.
+    """Do the same as `unpack_members`, but some stretches ahead with `spread`.
 
     A stretch goes from one place that looks like the header of a member to a later one. If it is not a sequence of
     whole members, it is unpacked in order, up to the next good member after it.

@@ -40,7 +40,7 @@ class Batch(NamedTuple):
     big: "NDArray[np.bool_]"
     """Whether the packet is big endian."""
     rows: "NDArray[np.uint8] | None" = None
-    """If at hand, the packets again: little endian, all of the same size; shape (n, size)."""
+    """The packets again, if at hand: little endian, all of the same size; shape (n, size)."""
 
     def packets(self) -> Iterator[tuple[int, bytes]]:
         """Offset in the log, and bytes, of each packet."""
@@ -49,7 +49,7 @@ class Batch(NamedTuple):
         return zip(map(self.base.__add__, starts), map(data.__getitem__, cuts), strict=True)
 
     def select(self, mask: "NDArray[np.bool_]") -> "Batch":
-        """Only the packets for which `mask` is true."""
+        """The packets for which `mask` is true."""
         arrays = self.starts[mask], self.ends[mask], self.heads[mask], self.big[mask]
         return Batch(self.base, self.data, *arrays)
 

@@ -47,7 +47,7 @@ class HeaderFilter(NamedTuple):
 
     @property
     def matches_all(self) -> bool:
-        """Whether there are no conditions."""
+        """Whether the filter has no conditions."""
         return self == HeaderFilter()
 
     def row_mask(self, rows: "NDArray[Any]") -> "NDArray[np.bool_]":

@@ -43,7 +43,7 @@ def load(path: str | PathLike[str], over: Schema | None = None) -> Schema:
 
 
 def load_unless_builtin(path: str | PathLike[str]) -> Schema:
-    """Like `load`, but returns the built-in schema, without parsing, if the file is what `dump` writes for it."""
+    """Do the same as `load`, but return the built-in schema, without parsing, for a file that `dump` writes for it."""
     data = _content(path)
     return builtin() if digest(data) == _merged().xml else _read(data, str(path), None)
 

@@ -123,7 +123,7 @@ class ModeController:
             self._begin(GuidedGoal.HOLD, now)
 
     def fail(self, reason: str) -> None:
-        """Something cannot be done: the plan must end."""
+        """End the plan: an order cannot be carried out."""
         self.error, self.leg = reason, None
         self._begin(GuidedGoal.NONE, -math.inf)
 
@@ -279,7 +279,7 @@ class ModeController:
             self.targets.repeat()  # Rover takes a speed only with a target
 
     def _enter_mode(self, now: float, wanted: int, *also: int) -> bool:
-        """Whether it is in the desired mode; asks for it, if not."""
+        """Whether the autopilot is in the desired mode; asks for it, if not."""
         if self.mode == wanted or self.mode in also:
             if self._reached != wanted:
                 self._reached, self._tries = wanted, 0
@@ -293,7 +293,7 @@ class ModeController:
         return False
 
     def _arm(self, now: float, wanted: int) -> bool:
-        """Whether it is armed, or disarmed, as desired; asks for it, if not."""
+        """Whether the autopilot is armed, or disarmed, as desired; asks for it, if not."""
         if self.armed == bool(wanted):
             self._had_arms = True
             return True

@@ -16,7 +16,7 @@ class HeartbeatWatch:
 
     @property
     def is_alive(self) -> bool:
-        """Whether there was one, and it is not lost."""
+        """Whether a HEARTBEAT has come, and it is not lost."""
         return self.at > -math.inf and not self.lost
 
     def receive(self, now: float) -> bool:
@@ -31,18 +31,18 @@ class HeartbeatWatch:
         return self.is_alive and now - self.at > late
 
     def resumes(self, now: float, patience: float) -> bool:
-        """Whether it was late until at most `patience` s ago: other messages may still be on their way."""
+        """Whether HEARTBEAT was late until at most `patience` s ago: other messages may still be on their way."""
         return now - self._back_at <= patience
 
     def becomes_late(self, now: float, late: float) -> bool:
-        """Whether it is late since this call."""
+        """Whether HEARTBEAT is late since this call."""
         if not self.is_late(now, late) or self._late_at < math.inf:
             return False
         self._late_at = now
         return True
 
     def becomes_lost(self, now: float, timeout: float) -> bool:
-        """Whether it is lost since this call."""
+        """Whether HEARTBEAT is lost since this call."""
         if not self.is_alive or now - self.at <= timeout:
             return False
         self.lost = True

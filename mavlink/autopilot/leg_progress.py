@@ -26,7 +26,7 @@ class LegProgress:
     def update(
         self, leg: Leg, at: ReportedPosition, tolerance: ArrivalTolerance, now: float, *, done: bool, waits: bool
     ) -> tuple[bool, imc.PathControlState | None]:
-        """Whether it has just arrived, and the report that is due.
+        """Whether the vehicle has just arrived, and the report that is due.
 
         done: the autopilot reports its arrival. waits: it has no order to go yet, or circles on its way down.
         """

@@ -103,7 +103,7 @@ class MissionBuilder:
         self.items.append(Item(NO_PLACE, int(command), 0, 1, one, two, three, four))
 
     def height(self, maneuver: Any, more: float = 0.0) -> float:
-        """Above home (m)."""
+        """Height above home (m)."""
         path = imc.DesiredPath(end_z=maneuver.z + more, end_z_units=maneuver.z_units)
         vehicle = self.vehicle
         return path_height_above_home(path, self.position, self.undulation, flies=vehicle.flies, dives=vehicle.dives)

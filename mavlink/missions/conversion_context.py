@@ -62,17 +62,17 @@ class ConversionContext:
 
     @property
     def dives(self) -> bool:
-        """Whether it is a submarine."""
+        """Whether the vehicle is a submarine."""
         return self.kind.type == SUBMARINE
 
     @property
     def flies(self) -> bool:
-        """Whether it is an aircraft."""
+        """Whether the vehicle is an aircraft."""
         return not self.kind.afloat
 
     @property
     def keeps_station(self) -> bool:
-        """Whether it keeps a station; a plane can only circle."""
+        """Whether the vehicle keeps a station; a plane can only circle."""
         return self.kind.type != PLANE
 
     @property

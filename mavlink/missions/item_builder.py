@@ -275,7 +275,7 @@ def _points(builder: ItemBuilder, chain: Chain, offsets: Iterable[tuple[float, f
 
 
 def _somewhere(builder: ItemBuilder, chain: Chain) -> int:
-    """Any other maneuver is a waypoint, if it has a position."""
+    """Add any other maneuver as a waypoint, if it has a position."""
     maneuver: Any = chain[0].data
     if not _has(maneuver, "lat", "lon"):
         builder.remarks.append(f"{chain[0].maneuver_id}: a {type(maneuver).__name__} is not shown")

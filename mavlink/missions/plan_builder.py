@@ -175,5 +175,5 @@ class PlanBuilder:
 
     @property
     def grounded(self) -> bool:
-        """Whether it is an aircraft that has not taken off."""
+        """Whether the vehicle is an aircraft that has not taken off."""
         return self.context.flies and not self._aloft

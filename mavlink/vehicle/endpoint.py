@@ -257,7 +257,7 @@ class VehicleEndpoint:
         self.send_changes(now)
 
     def check_timeouts(self, now: float) -> None:
-        """Once a second: give up or repeat unanswered requests; called by `poll` if not called otherwise."""
+        """Give up or repeat unanswered requests, once a second; called by `poll` if not called otherwise."""
         self._now, self._tick_due = now, now + TICK_PERIOD
         options = self.model.options
         self.model.forget_old()

@@ -143,7 +143,7 @@ class LatestValues:
 
     @property
     def airspeed(self) -> float:
-        """Through water or air, in m/s; NaN: unknown."""
+        """Speed through water or air (m/s); NaN: unknown."""
         return value_of(self.get(imc.IndicatedSpeed))
 
     @property

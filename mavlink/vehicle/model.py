@@ -218,17 +218,17 @@ class VehicleModel:
 
     @property
     def armed_or_moving(self) -> bool:
-        """Whether it is armed over MAVLink, moving for any other reason, or has running motors."""
+        """Whether the vehicle is armed over MAVLink, moving for any other reason, or has running motors."""
         return self.armed or is_maneuvering(self.latest.vehicle) or bool(self.latest.motors_running)
 
     @property
     def airborne(self) -> bool:
-        """Whether it is an aircraft in the air, that is, with running motors."""
+        """Whether the vehicle is an aircraft in the air, that is, with running motors."""
         return not self.kind.afloat and bool(self.latest.motors_running)
 
     @property
     def needs_no_takeoff(self) -> bool:
-        """Whether it is an aircraft whose plans may begin without a Takeoff, as the plan engine sees it."""
+        """Whether the vehicle is an aircraft whose plans may begin without a Takeoff, as the plan engine sees it."""
         return not self.kind.afloat and is_airborne(self.latest.get(imc.VehicleMedium))
 
     @property

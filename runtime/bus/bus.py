@@ -117,7 +117,7 @@ class Bus:
             self.frames.subscribe(self._take_frame)
 
     def _translated(self, subscription: Subscription) -> Subscription:
-        """With the class that this bus delivers, if the subscriber has loaded its own definitions of the message."""
+        """Subscription to the class that this bus delivers; a subscriber may have own definitions of the message."""
         kind = subscription.type
         _check_class(kind)
         if not issubclass(kind, imc.Message) or kind.SCHEMA is None or kind.SCHEMA is self.messages:

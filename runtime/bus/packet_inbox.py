@@ -106,7 +106,7 @@ class PacketInbox:
         return taken
 
     def has_more(self) -> bool:
-        """Whether there is more; if not, the next `put` returns that a reader has to come."""
+        """Whether more packets wait; if not, the next `put` returns that a reader has to come."""
         with self._lock:
             self._asked = bool(self._turns)
             return self._asked

@@ -25,12 +25,12 @@ HINTS = {
 
 
 class Connection(Protocol):
-    """Something open. Methods raise OSError if it is no longer there; none of them waits."""
+    """A device that is open. Methods raise OSError if it is no longer there; none of them waits."""
 
     def fileno(self) -> int: ...
 
     def is_connected(self) -> bool:
-        """Whether it is connected."""
+        """Whether the connection is made."""
         ...
 
     def read(self) -> list[bytes]:

@@ -41,7 +41,7 @@ class FaultInjector:
         return [text for source, spoil, text in self._spoils if id(spoil) not in source.acted]
 
     def prepare_fault(self, task: str, fault: Fault) -> None:
-        """Be ready for a fault that comes later: one that repeats values needs the values before it.
+        """Prepare for a fault that comes later: one that repeats values needs the values before it.
 
         Raises FaultError if there is no such task, or it cannot have this fault.
         """

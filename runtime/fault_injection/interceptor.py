@@ -29,7 +29,7 @@ class PublishInterceptor:
         self.acted: set[int] = set[int]()
 
     def attach_or_detach(self) -> None:
-        """Stand between the task and its bus if there is a reason, else leave."""
+        """Take the place between the task and its bus if there is a reason, else leave it."""
         own = vars(self.task)
         if self.filters or self.keeps_last:
             own["publish"], own["publish_frame"] = self._publish, self._publish_frame

@@ -122,7 +122,7 @@ class Watchdog:
                 return
 
     def _expect_myself(self) -> None:
-        """Have all threads' places written if this thread does not run: a library may hold the interpreter's lock.
+        """Let all threads' places be written if this thread does not run: a library may hold the interpreter's lock.
 
         A process that was halted for so long cannot be distinguished from that, so this takes long.
         """

@@ -65,7 +65,7 @@ GENERAL = {
 }
 
 PROCESS = "Process"
-"""Not of DUNE: the process of the vehicle that runs the task."""
+"""The process of the vehicle that runs the task; DUNE has none."""
 EVERY_TASK = (PROCESS, "Execution Frequency", "Active", "Active - Scope", "Active - Visibility")
 
 MULTIPLEXER = "Maneuver.Multiplexer"

@@ -83,7 +83,7 @@ def _refusal(name: str, text: str, hint: str = "") -> ProfileError:
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is such a file; False for a text that cannot be a path."""
+    """Whether a file exists; False for a text that cannot be a path."""
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -340,4 +340,4 @@ def _outcome(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, 
 
 
 def _ignore(_: object) -> None:
-    """For what a thread returns that has ended."""
+    """Take the result of a thread that has ended."""

@@ -311,7 +311,7 @@ def config_warnings(vehicle: Vehicle, profile: Profile) -> list[Problem]:
 
 
 def _warn_of_unknown(task: Task, section: Section) -> None:
-    """Have the task log, when it runs, which options are unknown: misspelled ones one by one, others at once."""
+    """Let the task log, when it runs, which options are unknown: misspelled ones one by one, others at once."""
     others: list[Option] = []
     for option in section.options.values():
         known = option.name in ("Enabled", *EVERY_TASK) or task.parameter_set.find(option.name) is not None

@@ -32,7 +32,7 @@ class Daemon(ParameterService):
 
     @periodic(1.0)
     def publish_heartbeat_and_entities(self) -> None:
-        """Once a second: Heartbeat, and the state of each entity that has one."""
+        """Publish Heartbeat, and the state of each entity that has one, once a second."""
         if self._is_main:
             self.publish(imc.Heartbeat())
         if self.vehicle.realtime_lag is not None:

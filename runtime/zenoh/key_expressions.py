@@ -11,7 +11,7 @@ LONGEST_CHUNK = 255
 ALL_SYSTEMS = f"0x{BROADCAST:04X}"
 """The name of the system that a message for all is addressed to, if it is not simply published."""
 HEARD = "@heard"
-"""Below the name of a vehicle: what it has received that is for all, over UDP for example. Each receives it itself."""
+"""Part of keys, below the name of a vehicle, for what it has received that is for all, over UDP for example."""
 
 
 def key_chunk(name: str) -> str:

@@ -29,7 +29,7 @@ class ReliableQueue:
         self._thread.start()
 
     def put(self, what: str, send: Send) -> None:
-        """Have `send` called soon; `what` names it if it cannot be sent."""
+        """Let `send` be called soon; `what` names it if it cannot be sent."""
         with self._changed:
             if self._closing:
                 return

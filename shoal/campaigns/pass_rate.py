@@ -65,7 +65,7 @@ class PassRate:
 
     @property
     def interval_text(self) -> str:
-        """Both ends; empty without an interval."""
+        """Text of both ends; empty without an interval."""
         low, high = self.interval
         return f"{low:.1%} to {high:.1%}" if self.has_interval else ""
 

@@ -26,7 +26,7 @@ class Shard:
         return f"shard-{self.number:0{len(str(self.count))}d}-of-{self.count}"
 
     def runs(self, most: int) -> range:
-        """Its runs out of `most`."""
+        """The runs of this shard out of `most`."""
         return range(self.number - 1, most, self.count)
 
 

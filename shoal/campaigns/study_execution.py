@@ -160,7 +160,7 @@ class _RunSchedule:
         return self._study.design.raw_values(run)
 
     def extra_columns(self, run: int) -> dict[str, object]:
-        """Further columns of its row."""
+        """Further columns of the row of a run."""
         return {}
 
     def batches(self) -> Generator[Iterable[int]]:

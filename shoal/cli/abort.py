@@ -16,7 +16,7 @@ from support.terminal_text import printable
 @network_options
 @json_option
 def abort(vehicles: tuple[str, ...], connection: dict[str, Any], as_json: bool) -> None:
-    """Have each VEHICLE stop everything at once, and wait for confirmation.
+    """Make each VEHICLE stop everything at once, and wait for confirmation.
 
     VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'. Each is aborted as soon as it is
     found, independent of the others. If several vehicles have its name or its id, all of them abort.

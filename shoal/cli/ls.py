@@ -126,7 +126,7 @@ class StateQueries:
 
 
 def has_reported_states(system: NetworkSystem) -> bool:
-    """Whether it has reported the states of its entities; else its errors are unknown."""
+    """Whether a system has reported the states of its entities; else its errors are unknown."""
     return any(system.latest_message(kind) is not None for kind in (imc.EntityState, imc.VehicleState))
 
 

@@ -72,7 +72,7 @@ def _abouts(folder: Path) -> dict[str, Path]:
 
 
 def _has_strange_files(names: tuple[str, ...], record: Path) -> bool:
-    """Whether there is more or something else in Shoal's packages than Shoal has installed there."""
+    """Whether Shoal's packages have more, or other content, than Shoal has installed there."""
     try:
         text = record.read_text()
         for name in names:

@@ -154,7 +154,7 @@ def _network_options_of(context: click.Context) -> dict[str, Any]:
 
 
 def _quietly(look: Callable[[], list[str]]) -> list[str]:
-    """Nothing that goes wrong belongs between the words that a shell completes, or onto the line that is written."""
+    """Look without messages on failures: they would stand between the words that a shell completes."""
     try:
         with contextlib.redirect_stderr(io.StringIO()):
             return look()

@@ -38,7 +38,7 @@ class SystemdNotifier:
                 self._socket.setblocking(False)
 
     def notify_ready(self) -> None:
-        """To be called when all tasks have started; not in virtual time."""
+        """Report that all tasks have started; not for virtual time."""
         self._check_clock()
         if self._watchdog:  # systemd ends a run that hangs with SIGABRT: have the lines written where it hangs
             with contextlib.suppress(ValueError, OSError, RuntimeError):
@@ -47,7 +47,7 @@ class SystemdNotifier:
         self._notify_alive()
 
     def notify_stopping(self) -> None:
-        """To be called before the tasks stop."""
+        """Report that the tasks are about to stop."""
         self._send("STOPPING=1")
 
     def _notify_alive(self) -> None:

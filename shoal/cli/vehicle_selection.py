@@ -1,4 +1,4 @@
-"""For which vehicles a command is: one, several with commas between them, or all whose names match a pattern."""
+"""Vehicles that a command is for: one, several with commas between them, or all whose names match a pattern."""
 
 import asyncio
 import time

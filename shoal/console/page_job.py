@@ -103,7 +103,7 @@ def answer_job(work: Work, name: str, *refusals: type[Exception]) -> None:
 
 
 def answer_job_in_parts(work: PartialWork, name: str, *refusals: type[Exception]) -> None:
-    """Like `answer_job`, with parts before the answer."""
+    """Do the same as `answer_job`, with parts before the answer."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what the work prints is no answer
     line = sys.stdin.buffer.readline()

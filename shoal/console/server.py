@@ -163,7 +163,7 @@ class ConsoleServer:
         return address if self.security.is_open else f"{address}#{self._access.make_link_token()}"
 
     def _note(self, vehicle: str, text: str) -> None:
-        """Have a vehicle log what a user does, and show it to the pages."""
+        """Let a vehicle log what a user does, and show it to the pages."""
         self._feed.note(vehicle, CONTEXT, text)
         system = self._network.systems.get(vehicle)
         if system is not None and system.id is not None:

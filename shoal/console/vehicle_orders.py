@@ -151,7 +151,7 @@ async def delete(vehicle: AsyncRemoteVehicle, plan: str) -> str:
 
 
 async def save(vehicle: AsyncRemoteVehicle, entity: str) -> str:
-    """Have the vehicle keep the parameters of an entity for its next start. Raises NetworkError with its reason."""
+    """Let the vehicle keep the parameters of an entity for its next start. Raises NetworkError with its reason."""
     await vehicle.param.save(entity)
     return f"{entity}: the vehicle starts with these values from now on"
 
@@ -232,7 +232,7 @@ def _mode_text(system: NetworkSystem) -> str:
 
 
 def _type(system: NetworkSystem) -> int:
-    """Its SystemType. Raises OrderError if it is unknown: hold and surface depend on it."""
+    """SystemType of a system. Raises OrderError if it is unknown: hold and surface depend on it."""
     announce = system.latest_message(imc.Announce)
     if announce is None:
         raise OrderError("the vehicle has not announced its type yet")

@@ -53,5 +53,5 @@ def escape_text(value: Any) -> str:
 
 
 def cut_text(text: str) -> str:
-    """At most LONGEST_TEXT characters."""
+    """A text, cut to at most LONGEST_TEXT characters."""
     return clip(text, LONGEST_TEXT)

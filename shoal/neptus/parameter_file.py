@@ -54,6 +54,6 @@ def _add(section: Xml.Element, task: Task, parameter: Parameter) -> None:
 
 
 def _clean(text: str) -> str:
-    """Without the characters that XML cannot have."""
+    """A text without the characters that XML cannot have."""
     text = text.encode(errors="surrogateescape").decode(errors="replace")
     return "".join(c if c.isprintable() or c in "\t\n" else "\ufffd" for c in text)

@@ -133,7 +133,7 @@ class RemoteVehicle(_BlockingProxy):
 
     @property
     def id(self) -> int:
-        """Its IMC id."""
+        """IMC id of the vehicle."""
         return self._vehicle.id
 
     latest: Final = _BlockingProxy.blocking(AsyncRemoteVehicle.latest)

@@ -109,7 +109,7 @@ class NetworkLink(Protocol):
     name: str
     trouble: str
     delivers_all: bool
-    """Whether it brings all messages of a system, not only those that the system sends to consoles."""
+    """Whether the link brings all messages of a system, not only those that the system sends to consoles."""
     fragment_size: int
     """Bytes of a packet, beyond which it goes in pieces that get lost one by one; 0 if nothing gets lost."""
 

@@ -28,7 +28,7 @@ class MessageListener:
 
     @property
     def takes_all_kinds(self) -> bool:
-        """Whether it takes messages of all types."""
+        """Whether messages of all types are taken."""
         return not self._kinds
 
     def put(self, system: NetworkSystem, message: imc.Message, packet: bytes) -> None:

@@ -146,7 +146,7 @@ class Network:
         return listener
 
     def subscribe(self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]] = ()) -> None:
-        """Have `NetworkSystem.latest_message` follow messages of some types, or all.
+        """Let `NetworkSystem.latest_message` follow messages of some types, or all.
 
         Raises TypeError for what is no type of them.
         """

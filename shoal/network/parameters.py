@@ -190,7 +190,7 @@ class AsyncRemoteParameters:
             self._network.close_listener(log)
 
     async def save(self, entity: str) -> None:
-        """Have the vehicle keep the values of an entity for its next start. Raises Refused if it cannot."""
+        """Let the vehicle keep the values of an entity for its next start. Raises Refused if it cannot."""
         label = entity
 
         def answer(message: imc.Message) -> imc.LogBookEntry | None:

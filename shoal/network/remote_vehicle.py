@@ -41,7 +41,7 @@ class AsyncRemoteVehicle:
 
     @property
     def id(self) -> int:
-        """Its IMC id."""
+        """IMC id of the vehicle."""
         return UNKNOWN_SYSTEM if self.system.id is None else self.system.id
 
     async def latest(self, kind: type[M], *, entity: str = "", timeout: float | None = None) -> M:

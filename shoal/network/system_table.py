@@ -69,12 +69,12 @@ class NetworkSystem:
 
     @property
     def has_only_announced(self) -> bool:
-        """Whether it has announced itself since it appeared, but sent nothing yet."""
+        """Whether the system has announced itself since it appeared, but sent nothing yet."""
         return self.data_at < self.appeared_at
 
     @property
     def is_shoal(self) -> bool:
-        """Whether it runs Shoal, by its Announce or zenoh: then copies of an order are carried out once."""
+        """Whether the system runs Shoal, by its Announce or zenoh: then copies of an order are carried out once."""
         if any(name.startswith("zenoh") for name in self.links):
             return True
         announce = self.latest_message(imc.Announce)
@@ -82,7 +82,7 @@ class NetworkSystem:
 
     @property
     def awaits_contact(self) -> bool:
-        """Whether it may not receive us: a DUNE that has sent no data over UDP."""
+        """Whether the system may not receive us: a DUNE that has sent no data over UDP."""
         return self.has_only_announced and self.links.keys() <= {"udp"} and not self.is_shoal
 
     @property
@@ -97,12 +97,12 @@ class NetworkSystem:
 
     @property
     def is_vehicle(self) -> bool:
-        """Whether it is no console: its id, once known, is not one of an operator."""
+        """Whether the system is no console: its id, once known, is not one of an operator."""
         return self.id is None or self.id not in OPERATORS
 
     @property
     def ids(self) -> list[int]:
-        """Its id; if several vehicles have its name, those of all."""
+        """Id of the system; if several vehicles have its name, those of all."""
         return sorted({*([] if self.id is None else [self.id]), *self.others})
 
     @property

@@ -188,7 +188,7 @@ class UDPLink:
                 self._send(self._announcement(place, interface.address), place)
 
     def _announcement(self, place: Endpoint, own: str = "") -> bytes:
-        """Our Announce as the program at a place has to read it: with the address that it can reach."""
+        """Announce of this console as the program at a place has to read it: with the address that it can reach."""
         own = own or own_address(place)
         port = self._data.getsockname()[1]
         return self._packet(self._console.announcement([Service("imc+udp", own, port)]), 0)
@@ -276,7 +276,7 @@ class UDPLink:
             self._greet(known)
 
     def _greet(self, peer: _Peer) -> None:
-        """Its own search for announcements may be deaf; and it sends only to who has sent it something."""
+        """Send to a system that may find no announcements, and sends only to those who have sent it something."""
         self._send(self._announcement(peer.endpoint), peer.endpoint)
         self._send(self._packet(imc.Heartbeat(), peer.id), peer.endpoint)
 

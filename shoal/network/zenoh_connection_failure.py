@@ -13,7 +13,7 @@ REFUSED = (
 
 
 def connection_failure(endpoints: Collection[str]) -> str:
-    """Nothing listens at the endpoints, or the program there rejected the connection."""
+    """Reason why no connection was made: nothing listens at the endpoints, or the program there rejected it."""
     accepting: list[str] = []
     for endpoint in endpoints:
         protocol, _, place = endpoint.partition("/")

@@ -113,7 +113,7 @@ def _annotated(pictures: Iterable[PictureRecord]) -> Iterator[coco.AnnotatedPict
 
 
 def _pairs(shots: Sequence[ExposedPicture]) -> Iterator[tuple[ExposedPicture, ExposedPicture | None]]:
-    """Each with the next one of its camera, if that has not changed meanwhile."""
+    """Pairs of each picture and the next one of its camera, if that has not changed meanwhile."""
     after: dict[str, ExposedPicture] = {}
     pairs: list[tuple[ExposedPicture, ExposedPicture | None]] = []
     for shot in reversed(shots):

@@ -124,7 +124,7 @@ class RerunComparison:
         self._pair(header, pending)
 
     def finish(self) -> None:
-        """Both sides are complete."""
+        """Compare the rest: both sides are complete."""
         for pending in self._pending.values():
             self.bytes += sum(len(packet) for _, packet in (*pending.logged, *pending.published))
         self._pending.clear()

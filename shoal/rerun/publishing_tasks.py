@@ -15,7 +15,7 @@ DEEPEST = 2  # imports from the module of a task
 
 
 def publishing_sections(profile: Profile, names: Collection[str]) -> dict[str, list[str]]:
-    """For each name the enabled sections whose task creates an object of it, such as a message; none without any.
+    """Enabled sections, by name, whose task creates an object of that name, such as a message; none without any.
 
     What a task creates is read from its source: a task declares what it subscribes to, not what it publishes. A module
     without source counts as one that creates nothing.

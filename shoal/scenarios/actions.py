@@ -219,7 +219,7 @@ class SendMessage(Action):
 
 @dataclass(frozen=True)
 class CutLink(Action):
-    """Nothing passes a link."""
+    """Cuts a link: nothing passes it."""
 
     link: str
 

@@ -18,7 +18,7 @@ UNLIMITED = "unlimited"
 
 @dataclass(frozen=True, eq=False)
 class EventTiming:
-    """At a time `at` (s from the start), or `after` so many seconds when a condition begins to hold.
+    """The time `at` (s from the start), or `after` so many seconds when a condition begins to hold.
 
     At most `times`: each `period` seconds from `at` on, or each time that the condition begins to hold. `where` is its
     place in the file.

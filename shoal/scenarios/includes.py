@@ -166,7 +166,7 @@ def merge_variant(root: Node, values: Mapping[str, object]) -> tuple[Node, str]:
 
 
 def with_whole_calls(node: Node) -> Node:
-    """With texts in one piece that YAML has cut at commas within braces: {max: distance(A, B)}."""
+    """Join texts that YAML has cut at commas within braces: {max: distance(A, B)}."""
     if isinstance(node, IncludedFiles):
         return node
     if isinstance(node.content, list):

@@ -185,7 +185,7 @@ def setting_with_unit(section: str, option: str, unit: str, node: Node) -> Scena
 
 
 def _is_quantity(node: Node) -> bool:
-    """Whether it is a number with a unit."""
+    """Whether the value is a number with a unit."""
     try:
         return bool(split_quantity(node.value())[1])
     except ValueError:

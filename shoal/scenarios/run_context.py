@@ -90,7 +90,7 @@ class TemporaryValues:
 
 
 class Event(Protocol):
-    """Something that happens in a run."""
+    """An event of a run."""
 
     def schedule(self, context: RunContext) -> None:
         """Prepare it, before the vehicles start. The state of one run is kept in objects of its own."""

@@ -55,7 +55,7 @@ class Name(_Node):
 
     @property
     def is_bare(self) -> bool:
-        """Whether it is one word, such as that of an enumeration."""
+        """Whether the name is one word, such as that of an enumeration."""
         return not self.path and self.entity is None and not self.vehicle and not self.receiver
 
 

@@ -116,7 +116,7 @@ class Maneuver(Task):
 
     @consume
     def record_enabled_loops(self, loops: imc.ControlLoops) -> None:
-        """Only the first message of a scope counts: the maneuver sends it, controllers add theirs later."""
+        """Record the first message of a scope only: the maneuver sends it, controllers add theirs later."""
         if loops.scope_ref > self._scope:
             self._scope = loops.scope_ref
             self._enabled = loops.mask if loops.enable else 0

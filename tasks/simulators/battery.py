@@ -84,7 +84,7 @@ class Battery(Task):
         self.publish(imc.FuelLevel(value=100.0 * self._charge, confidence=100.0))
 
     def discharge_to(self, level: float) -> bool:
-        """Have this charge (%) from now on; False if it has less already."""
+        """Set this charge (%) from now on; False if it is less already."""
         self._advance()
         if self._charge < level / 100.0:
             return False

@@ -110,7 +110,7 @@ class DVL(TrueStateSensorTask):
             self._report(ear, echo, self.beam_noise * draw, time)
 
     def _velocities(self, truth: imc.SimulatedState) -> tuple[Vector, Vector]:
-        """Through the water and over ground, along the axes of the device."""
+        """Velocities through the water and over ground, along the axes of the device."""
         sx, sy, sz = to_body(rotation(truth.phi, truth.theta, truth.psi), (truth.svx, truth.svy, truth.svz))
         around = cross((truth.p, truth.q, truth.r), self._mount.position)
         u, v, w = truth.u + around[0], truth.v + around[1], truth.w + around[2]

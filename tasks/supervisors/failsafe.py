@@ -134,7 +134,7 @@ class Failsafe(Task):
 
     @consume
     def on_vehicle_state(self, state: imc.VehicleState) -> None:
-        """After a restart, which others take for an error: the order that disables the loops came in between."""
+        """Clear the loops after a restart, an error for others: the order that disables them came in between."""
         if self._is_loop_doubtful and state.op_mode in RESTING:
             self._loops = 0
         self._is_loop_doubtful = False
@@ -245,7 +245,7 @@ class Failsafe(Task):
             self.publish(imc.SetServoPosition(id=number, value=angle))
 
     def _overrule(self, command: Command) -> None:
-        """Have the last word; in an ascent the next command is near."""
+        """Stop what others command; in an ascent the next own command is near."""
         ours = self.thrusters if isinstance(command, imc.SetThrusterActuation) else self.servos
         if command.value and command.id in ours and not self._ascending:
             self.publish(type(command)(id=command.id, value=0.0))

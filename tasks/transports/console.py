@@ -26,7 +26,7 @@ class PageServer(Protocol):
     """A web server of the page. `run` is for a thread of its own; `stop` ends it, from any thread."""
 
     is_secure: bool
-    """Whether it is reached by https."""
+    """Whether the page is reached by https."""
 
     @property
     def rejected_connections(self) -> int:

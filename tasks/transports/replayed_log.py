@@ -222,7 +222,7 @@ class ReplayedLog:
         return not self._speakers or (header.src, header.src_ent) in self._speakers
 
     def _is_followed(self, header: imc.Header) -> bool:
-        """Whether it is the EntityState of a translated entity, which is played even if not chosen."""
+        """Whether a packet is the EntityState of a translated entity, which is played even if not chosen."""
         found = self.log.schema.types_by_id.get(header.id)
         known = header.src == self.owner and header.src_ent in self.entities
         return known and found is not None and found.abbrev == "EntityState"

@@ -23,7 +23,7 @@ MOST_PIXELS = 0.1  # share of the picture: what is larger is no thing in front o
 
 
 class ImageDetection(NamedTuple):
-    """Something found in a picture: its middle (px), how many pixels it has (0 if unknown), and the marker's number.
+    """A blob in a picture: its middle (px), how many pixels it has (0 if unknown), and the marker's number.
 
     `strength` is how far it stands out, in standard deviations of the background.
     """

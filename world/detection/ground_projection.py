@@ -71,7 +71,7 @@ class DetectionAccuracy:
 
 
 class PlaneDetection(NamedTuple):
-    """Something on the plane: m north and east of the vehicle, with the covariance `noise` (2, 2) of pixel and shape.
+    """An object on the plane: m north and east of the vehicle, with the covariance `noise` (2, 2) of pixel and shape.
 
     `error_jacobian` (2, 6) are the derivatives by the errors of the pose, `pixel_jacobian` (2, 2) those by the pixel
     (m/px). `distance` (m) is that from the camera.

@@ -199,7 +199,7 @@ class Tracker:
         return track
 
     def _separate(self, tracks: list[ObjectTrack]) -> list[ObjectTrack]:
-        """Without those that are too close to an older one."""
+        """Tracks without those that are too close to an older one."""
         kept: list[ObjectTrack] = []
         for track in sorted(tracks, key=lambda track: track.id is None):
             nearest = min((math.dist(track.state[:2], other.state[:2]) for other in kept), default=math.inf)

@@ -14,7 +14,7 @@ Column = NDArray[np.float64]
 
 
 class QuadrotorState(Protocol):
-    """Anything with a place `r` (m, north, east, down), velocity `v` (m/s, body) and angles `Phi` (rad), each (3, 1).
+    """An object with a place `r` (m, north, east, down), velocity `v` (m/s, body) and angles `Phi` (rad), each (3, 1).
 
     Inertial sensors also need `omega`, the rates p, q, r (rad/s).
     """

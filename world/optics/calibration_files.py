@@ -312,7 +312,7 @@ def _half_on(plane: Sequence[float]) -> Plane:
 
 
 def _fisheye(size: tuple[int, int], plane: Plane, lens: Callable[[float], Lens], k: Sequence[float]) -> FisheyeModel:
-    """With a field of view to the farthest corner, or to just before the lens folds."""
+    """A fisheye model with a field of view to the farthest corner, or to just before the lens folds."""
     fx, fy, cx, cy = plane
     if not (fx > 0.0 and fy > 0.0 and all(map(math.isfinite, [*plane, *k]))):
         raise CalibrationError(f"no camera has focal lengths of {fx:g} and {fy:g} px and the lens {list(k)}")

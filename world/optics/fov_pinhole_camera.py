@@ -27,7 +27,7 @@ class FieldOfViewCamera:
 
     @property
     def focal_lengths(self) -> tuple[float, float]:
-        """Along the rows and along the columns, px."""
+        """Focal lengths (px) along the rows and along the columns."""
         return focal_length(self.width, self.horizontal), focal_length(self.height, self.vertical)
 
     def project(self, x: float, y: float, z: float) -> tuple[float, float] | None:

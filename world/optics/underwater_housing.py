@@ -209,7 +209,7 @@ class HousedModel(CameraModel):
         raise CalibrationError("Kalibr has no port between air and water")
 
     def _bend(self, angle: Floats) -> Floats:
-        """Also of angles a little below 0."""
+        """Refracted angles, also of those a little below 0."""
         return np.copysign(self.port.refracted_angle(np.abs(angle), self.subject_distance), angle)
 
     def _unbend(self, seen: Floats) -> Floats:

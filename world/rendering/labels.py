@@ -35,7 +35,7 @@ class PixelClass(IntEnum):
     """Class of a pixel: the numbers of `ImageLabels.kinds`."""
 
     VOID = 0
-    """Nothing: the lens does not reach there."""
+    """No object: the lens does not reach there."""
     SEABED = 1
     SURFACE = 2
     """The surface of the sea, from below or from above."""

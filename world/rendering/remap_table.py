@@ -34,7 +34,7 @@ def finest_face_width(optics: CameraModel) -> int:
 
 
 class RemapTable:
-    """For each pixel of a picture (height, width), the face that it shows and the point of that face.
+    """The face, and the point of it, that each pixel of a picture (height, width) shows.
 
     `face` (height, width) int8 is the face of each pixel, VOID if no face covers it, OUTSIDE where the camera sees
     nothing. `u`, `v` (height, width) float64 is the point of that face, px, 0 at the center of its first pixel; NaN

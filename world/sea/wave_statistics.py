@@ -23,10 +23,10 @@ class SeaState:
 
     @property
     def rms_slope(self) -> float:
-        """Root mean square of its slope; Cox and Munk 1954."""
+        """Root mean square of the slope; Cox and Munk 1954."""
         return math.sqrt(0.003 + 0.00512 * self.wind_speed)
 
     @property
     def roughness(self) -> float:
-        """Its slope, relative to that of a sea of the usual height."""
+        """Slope, relative to that of a sea of the usual height."""
         return self.rms_slope / SeaState().rms_slope

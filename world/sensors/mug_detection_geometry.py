@@ -95,7 +95,7 @@ def detection_at_pixel(
 def locate_like_original_camera(
     camera: FieldOfViewCamera, view: AttitudeAndHeight, target: NorthEastOffset
 ) -> NorthEastOffset | None:
-    """Like `locate_target_on_plane`, with the geometry of the original."""
+    """Do the same as `locate_target_on_plane`, with the geometry of the original."""
     if not original_mug_camera.is_visible(camera, view.height, *target):
         return None
     pixel = original_mug_camera.to_pixel(camera, view.height, view.psi, *target)

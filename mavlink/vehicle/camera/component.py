@@ -89,7 +89,7 @@ class CameraComponent:
 
     @property
     def saves_all(self) -> bool:
-        """Whether it saves every image, without being asked."""
+        """Whether the camera saves every image, without being asked."""
         return bool(self._value(SAVE_IMAGES))
 
     @property

@@ -20,7 +20,7 @@ class MemoryFile:
         self.size: int = min(len(content), LARGEST_FILE)
 
     def read(self, offset: int, count: int) -> bytes:
-        """At most `count` bytes; none at the end."""
+        """Bytes from an offset on, at most `count`; none at the end."""
         return self._content[offset : offset + max(0, min(count, self.size - offset))]
 
     def close(self) -> None:

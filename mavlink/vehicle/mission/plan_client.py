@@ -44,7 +44,7 @@ class PlanClient:
         self._control(imc.PlanControl.Op.START, plan.plan_id, plan, note, now)
 
     def load(self, plan_id: str, then: OnReply, now: float) -> None:
-        """Have a plan of the database checked, without starting it."""
+        """Request a check of a plan of the database, without starting it."""
         self._control(imc.PlanControl.Op.LOAD, plan_id, None, then, now)
 
     def stop(self, now: float, then: OnReply = lambda _: None) -> None:

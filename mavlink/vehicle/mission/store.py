@@ -253,7 +253,7 @@ class MissionStore:
         self.current = self.current if at is None else at
 
     def _interrupt(self) -> None:
-        """Another plan runs, such as a hold: the mission can continue where it was."""
+        """Leave the mission for another plan, such as a hold; it can continue where it was."""
         if self.state is MissionState.ACTIVE:
             self._leave()
             self.state = MissionState.PAUSED

@@ -45,7 +45,7 @@ class ComponentMetadata:
 
     @property
     def files(self) -> Mapping[str, Callable[[], bytes]]:
-        """For VirtualFiles."""
+        """Files by name, for VirtualFiles."""
         return {
             "general.json": lambda: self.general,
             "parameters.json": lambda: self.parameters,

@@ -69,5 +69,5 @@ class StudyRunner(ScenarioRunner):
         return load_template(path, ScenarioDocument).draft
 
     def error_hint(self, path: Path) -> str:
-        """Nothing: values may vary here."""
+        """The hint is empty: values may vary here."""
         return ""

@@ -54,7 +54,7 @@ class WorkerProcess:
 
     @property
     def seconds_left(self) -> float:
-        """Until it has to be ended."""
+        """Time (s) until the process has to be ended."""
         return max(0.0, self._deadline - time.monotonic())
 
     def assign(self, job: Job, deaths: int) -> None:

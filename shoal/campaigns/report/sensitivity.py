@@ -42,7 +42,7 @@ def output_arrays(rows: Sequence[ResultRow]) -> Columns:
 
 
 def group_rows_by_choice(rows: Sequence[ResultRow]) -> dict[str, dict[str, Any]]:
-    """For each input that is chosen among a few words or truths, the places of the rows that drew each of them."""
+    """The places of the rows that drew each choice, of each input that is chosen among a few words or truths."""
     names = dict.fromkeys(name for row in rows for name in row if name.startswith("values."))
     found: dict[str, dict[str, Any]] = {}
     for name in sorted(names):
@@ -105,7 +105,7 @@ def rank_correlations(inputs: Columns, outputs: Columns) -> dict[tuple[str, str]
 
 
 def critical_correlation(count: int) -> float:
-    """Below this, 95 % of the coefficients of `count` runs are if there is no relation."""
+    """Limit below which 95 % of the coefficients of `count` runs are if there is no relation."""
     return 1.96 / math.sqrt(max(count - 1, 1))
 
 

@@ -72,7 +72,7 @@ def _node(node: Node, *, is_root: bool = False) -> Any:
 
 
 def _length(node: Node) -> int:
-    """About how long it is in one line."""
+    """Approximate length of a node in one line."""
     if isinstance(node.content, str):
         return len(node.content) + 4
     if isinstance(node.content, list):

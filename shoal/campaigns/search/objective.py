@@ -33,7 +33,7 @@ class SearchObjective:
 
     @property
     def seeks_failure(self) -> bool:
-        """Whether it looks for what makes an expectation fail."""
+        """Whether the search is for what makes an expectation fail."""
         return not self.is_maximized and (self.column == MARGIN or self.column.startswith("margins."))
 
     def value(self, row: ResultRow) -> float:

@@ -28,14 +28,14 @@ class SearchSchedule:
         self.total_runs: int | None = None
 
     def update_total_runs(self) -> None:
-        """Nothing follows from a run alone; see `batches`."""
+        """Do nothing: the number does not follow from a run alone; see `batches`."""
 
     def raw_values(self, run: int) -> ValueChanges:
         """Values that a run changes, without units."""
         return self._raw_values[run]
 
     def extra_columns(self, run: int) -> dict[str, Any]:
-        """Further columns of its row."""
+        """Further columns of the row of a run."""
         return {PART: self._parts[run]}
 
     def batches(self) -> Generator[list[int]]:

@@ -84,7 +84,7 @@ def import_chart(path: Path, window: ChartWindow | None = None) -> ImportedChart
 
 
 def _check_start(path: Path, suffix: str) -> None:
-    """Before GDAL looks, which would open a file of any of its formats."""
+    """Check the start of a file before GDAL looks, which would open one of any of its formats."""
     data = path.read_bytes()
     if not STARTS[suffix].search(data[:HEAD]) or VIRTUAL in data:
         raise ChartImportError(f"{path}: is no {suffix} file")
@@ -143,7 +143,7 @@ def _features(shape: bytes, values: Mapping[str, Any], kind: str) -> Iterator[Fe
 
 
 def _flat(coordinates: list[Any], levels: int) -> list[Any]:
-    """Without heights, rounded. Raises ValueError for places that are not on Earth."""
+    """Coordinates without heights, rounded. Raises ValueError for places that are not on Earth."""
     if levels:
         return [_flat(each, levels - 1) for each in coordinates]
     lon, lat = coordinates[:2]

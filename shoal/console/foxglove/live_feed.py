@@ -270,7 +270,7 @@ class LiveFeed:
             return None
 
     def _time_of(self, message: imc.Message) -> int:
-        """Its time stamp in ns; now if it is no time."""
+        """Time stamp of a message in ns; now if it is no time."""
         stamp = message.timestamp
         seconds = stamp if 0.0 <= stamp < LATEST else self._clock()
         whole = math.floor(seconds)

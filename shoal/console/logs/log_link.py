@@ -79,7 +79,7 @@ class LogLink:
         """The log brings everything."""
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
-        """Nothing can be sent to a log."""
+        """Do nothing: a log takes no messages."""
 
     async def close(self) -> None:
         self._listener = None

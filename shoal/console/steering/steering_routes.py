@@ -118,7 +118,7 @@ class _StickLink:
         self._text = ""
 
     async def run(self) -> str:
-        """Until the page lets go for good; returns why. Raises AuthorityError, SteeringError."""
+        """Steer until the page lets go for good; returns why. Raises AuthorityError, SteeringError."""
         reader, ticker = asyncio.create_task(self._read()), asyncio.create_task(self._send_ticks())
         try:
             done, _ = await asyncio.wait((reader, ticker), return_when=asyncio.FIRST_COMPLETED)

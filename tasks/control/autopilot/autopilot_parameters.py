@@ -67,7 +67,7 @@ class AutopilotTask(Task):
 
     @property
     def longest_silence(self) -> float:
-        """After which the autopilot is lost, s."""
+        """Silence (s) after which the autopilot is lost."""
         return max(self.input_timeout, self._gap)
 
     @property

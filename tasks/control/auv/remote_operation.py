@@ -22,7 +22,7 @@ class RemoteOperation(ThrustActionsTask):
     pitch_reference: float = param(15.0, "°", "Pitch at full deflection of the axis.", minimum=0, maximum=80)
 
     def publish_references(self, operator: RemoteActionsReader, *, blind: bool) -> None:
-        """Also pitch, or hold the depth if no pitch is commanded."""
+        """Publish pitch, too, or hold the depth if no pitch is commanded."""
         super().publish_references(operator, blind=blind)
         share, depth = operator.axis("Pitch"), self._state.depth if self._state is not None else -1.0
         if blind or share or depth < 0.0:

@@ -152,7 +152,7 @@ class ImcLinkTask(Task):
         return (packet for state, packet in kept if messages.passes_ignoring_rate(state))
 
     def set_subscriptions_enabled(self, wanted: bool) -> None:
-        """Have the bus call `transmit` with each message of the list, or no longer."""
+        """Let the bus call `transmit` with each message of the list, or no longer."""
         if wanted == bool(self.subscriptions):
             return
         for subscription in self.subscriptions:

@@ -42,7 +42,7 @@ def custom_message_signatures(schema: imc.Schema) -> dict[int, str]:
 
 
 def expand_any_transport(services: Iterable[Service]) -> list[Service]:
-    """With each imc+any://NAME, as announced for all transports, at each of them: imc+udp://127.0.0.1:6002/NAME."""
+    """Services with each imc+any://NAME, which is for all transports, at each of them: imc+udp://127.0.0.1:6002/NAME."""
     each = list(services)
     transports = [service for service in each if service.scheme in ("imc+udp", "imc+tcp")]
     for everywhere in [service for service in each if service.scheme == ANY]:

@@ -63,7 +63,7 @@ class Peer:
         return Endpoint(address, here[0])
 
     def is_secondary_address(self, address: str, now: float) -> bool:
-        """Whether it is still at another address that it sends from by turns, rather than now at this one."""
+        """Whether the peer is still at another address that it sends from by turns, rather than now at this one."""
         return address in self.sources and now - self.last_from_source < STAY
 
     def set_source(self, address: str, now: float) -> None:
@@ -252,7 +252,7 @@ class DropCounts:
 
 
 def _is_host(address: str) -> bool:
-    """Whether it is the IPv4 address of a computer."""
+    """Whether an address is the IPv4 address of a computer."""
     try:
         parsed = IPv4Address(address)
     except ValueError:

@@ -37,7 +37,7 @@ class VehiclePeers:
         return changed
 
     def is_no_vehicle(self, system: int) -> bool:
-        """Whether it is certain, by its Announce, its id or `called`, that a system may get messages."""
+        """Whether a system may certainly get messages, by its Announce, its id or `called`."""
         is_known = not self._is_vehicle or system in OPERATORS or system in self._announced or system in self.called
         return is_known and not self.withholds(system)
 

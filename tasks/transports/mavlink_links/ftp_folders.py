@@ -22,7 +22,7 @@ class DiskFile:
         self.size: int = min(os.fstat(descriptor).st_size, LARGEST_FILE)
 
     def read(self, offset: int, count: int) -> bytes:
-        """At most `count` bytes; none at the end. Raises OSError."""
+        """Bytes from an offset on, at most `count`; none at the end. Raises OSError."""
         count = min(count, self.size - offset)
         return os.pread(self._descriptor, count, offset) if count > 0 and self._descriptor >= 0 else b""
 
@@ -75,7 +75,7 @@ class DiskFolders:
 
 
 def _is_folder(item: os.DirEntry[str]) -> bool | None:
-    """None for what is neither a folder nor a file."""
+    """Whether an item is a folder; None for what is neither a folder nor a file."""
     if item.is_dir(follow_symlinks=False):
         return True
     return False if item.is_file(follow_symlinks=False) else None

@@ -161,7 +161,7 @@ class RenderedCameraTask(ImageSaverTask):
             self.after(self._last_row + PATIENCE, self._take_until, self.now)
 
     def _take_settled(self) -> None:
-        """After a stall, wait for the states missing since then, as long as for any other."""
+        """Take settled pictures; after a stall, wait for the states missing since then, as long as for any other."""
         while self._open and self.viewpoint.is_settled(
             self._open[0][0] + self._last_row, self.now, may_be_late=self.recent_stall > 0.0
         ):

@@ -90,7 +90,7 @@ class CurvedDepthGrid(NamedTuple):
 
     @classmethod
     def from_grid(cls, grid: DepthGrid) -> "CurvedDepthGrid":
-        """With errors that are not known yet."""
+        """A grid with errors that are not known yet."""
         bends = _bend(grid.node_depths).ravel(), _bend(grid.node_depths.T).T.ravel()
         parts = np.concatenate((grid.coefficients, bends))
         parts[1] -= bends[0]
