@@ -30,6 +30,7 @@ class BusLink(NetworkLink):
         self._task = task
         self.is_watched: Callable[[], bool] = is_watched
         self.on_end: Callable[[], object] = lambda: None
+        self._wanted: set[tuple[str, str]] = set()  # by system, which may be everybody
         self._active_until = 0.0
         self._is_active = False
         self._woken = asyncio.Event()
@@ -60,10 +61,14 @@ class BusLink(NetworkLink):
         self._looking.add_done_callback(lambda _: self.on_end())
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
+        self._wanted |= {(system, message) for message in messages or ("",)}
         self._task.request_messages(messages)
 
     def unsubscribe(self, system: str, messages: Collection[str]) -> None:
-        self._task.release_messages(messages)
+        self._wanted -= {(system, message) for message in messages or ("",)}
+        left = {message for _, message in self._wanted}
+        for message in [message for message in messages or ("",) if message not in left]:
+            self._task.release_messages((message,) if message else ())
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         self._active_until = asyncio.get_running_loop().time() + ACTIVE

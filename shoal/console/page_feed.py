@@ -13,7 +13,7 @@ import msgspec
 
 import imc
 from shoal.console.vehicle_view import KINDS, ArrivalTimes, View, changed_sections, position, vehicle_view, word
-from shoal.network import MessageListener, Network, NetworkSystem, field_value
+from shoal.network import MessageListener, MessageUse, Network, NetworkSystem, field_value
 from support.terminal_text import printable
 
 PERIOD = 0.2  # s between frames
@@ -33,6 +33,7 @@ class Viewer:
 
     def __init__(self) -> None:
         self.fields: tuple[str, ...] = ()
+        self.uses: list[MessageUse] = []
         self.dropped: int = 0
         self._waiting: deque[bytes] = deque()
         self._news = asyncio.Event()
@@ -107,6 +108,7 @@ class PageFeed:
 
     def remove(self, viewer: Viewer) -> None:
         self._viewers.discard(viewer)
+        self.set_fields(viewer, ())
 
     async def run(self) -> None:
         """Make frames until it is cancelled."""
@@ -232,13 +234,15 @@ class PageFeed:
 
     def set_fields(self, viewer: Viewer, paths: Iterable[str]) -> None:
         """Draw some fields: VEHICLE/Message.field or VEHICLE/Message.field:entity."""
-        viewer.fields = tuple(paths)[:MOST_FIELDS]
+        viewer.fields, before, viewer.uses = tuple(paths)[:MOST_FIELDS], viewer.uses, []
         for path in viewer.fields:
             name, _, rest = path.partition("/")
             kind = self._kind(rest.partition(".")[0])
             system = self._network.systems.get(name)
             if kind is not None and system is not None:
-                self._network.subscribe(system, (kind,))
+                viewer.uses.append(self._network.subscribe(system, (kind,)))
+        for use in before:
+            use.close()
 
 
 def encode(value: object) -> bytes:

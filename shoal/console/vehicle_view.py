@@ -23,13 +23,15 @@ KINDS = (
     imc.Heartbeat,
     imc.LogBookEntry,
     imc.NavigationUncertainty,
+    imc.OperationalLimits,
     imc.PlanControlState,
     imc.PlanDBState,
     imc.Rpm,
+    imc.StorageUsage,
     imc.VehicleMedium,
     imc.VehicleState,
 )
-"""The messages that a view is made of."""
+"""The messages that a view is made of, and those that come seldom and are needed by another view later."""
 AT_REST = 1.0  # rpm
 OLDEST_SPEED = 3.0  # s before the newest VehicleState
 RUNNING = (imc.PlanControlState.State.EXECUTING, imc.PlanControlState.State.INITIALIZING)

@@ -18,6 +18,7 @@ from shoal.network.link import (
 from shoal.network.logs import AsyncRemoteLogs, RemoteLog
 from shoal.network.message_filter_expression import field_value, parse_message_filter
 from shoal.network.message_listener import MessageListener
+from shoal.network.message_requests import MessageUse
 from shoal.network.network import Network
 from shoal.network.network_factory import connect, make_network
 from shoal.network.parameter_descriptions import ParameterDescription, describe_parameters
@@ -61,6 +62,7 @@ __all__ = [
     "FileValue",
     "LinkListener",
     "MessageListener",
+    "MessageUse",
     "Network",
     "NetworkError",
     "NetworkLink",

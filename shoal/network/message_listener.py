@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Collection
 
 import imc
+from shoal.network.message_requests import MessageUse
 from shoal.network.system_table import NetworkSystem
 
 MOST_WAITING = 8192  # messages in front of a slow reader
@@ -13,23 +14,25 @@ MOST_WAITING = 8192  # messages in front of a slow reader
 class MessageListener:
     """Messages from a system, or to it, of some types, in the order of arrival; of all systems and types without.
 
-    `lost` is how many were too many for the reader. `takes_old`: also the last ones before, if they were kept.
+    `lost` is how many were too many for the reader. `use` has links bring them. `takes_old`: also the last ones
+    before, if they were kept.
     """
 
     def __init__(
-        self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]], *, takes_old: bool = False
+        self,
+        system: NetworkSystem | None,
+        kinds: Collection[type[imc.Message]],
+        use: MessageUse,
+        *,
+        takes_old: bool = False,
     ) -> None:
         self.lost: int = 0
+        self.use = use
         self.takes_old = takes_old
         self.system: NetworkSystem | None = system
         self._kinds = tuple(kinds)
         self._waiting: deque[tuple[NetworkSystem, imc.Message, bytes]] = deque()
         self._news = asyncio.Event()
-
-    @property
-    def takes_all_kinds(self) -> bool:
-        """Whether messages of all types are taken."""
-        return not self._kinds
 
     def put(self, system: NetworkSystem, message: imc.Message, packet: bytes) -> None:
         mine = self.system

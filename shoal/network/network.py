@@ -4,7 +4,7 @@ import asyncio
 import math
 import random
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import AsyncGenerator, Callable, Collection, Sequence
 from contextlib import suppress
 from typing import Self, TypeVar
@@ -14,7 +14,6 @@ from imc import console_acl
 from imc.reserved_ids import OPERATORS
 from shoal.network.link import (
     EVERYBODY,
-    EVERYTHING,
     ConsoleIdentity,
     NetworkError,
     NetworkLink,
@@ -25,6 +24,7 @@ from shoal.network.link import (
     size_warning,
 )
 from shoal.network.message_listener import MessageListener, check_message_type, damage_kind
+from shoal.network.message_requests import MessageRequests, MessageUse
 from shoal.network.query_messages import is_query
 from shoal.network.search_report import SearchReport
 from shoal.network.system_table import MOST_SYSTEMS, NetworkSystem, NetworkSystemTable
@@ -39,8 +39,8 @@ GRACE = 1.0  # s in which a system that vanished may come back by another way
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
 LONGEST = 8.0  # s for a system to announce its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
-BASIC = ("Heartbeat",)
-"""Request to a connected system, so that its silence is noticed."""
+BASIC = ("Heartbeat", "VehicleState", "PlanControlState")
+"""Messages of a system that was found, so that its silence is noticed, and its plan is known at once."""
 
 
 class Network:
@@ -66,9 +66,9 @@ class Network:
         self.expects_all = expects_all
         self.messages: imc.Schema = messages or imc.builtin()
         self.systems: NetworkSystemTable = NetworkSystemTable()
+        self._requests = MessageRequests(self.links, self.systems)
         self.unknown_drops: dict[tuple[str, str], int] = {}
         self._listeners: list[MessageListener] = []
-        self._wide: Counter[str] = Counter()  # listeners to all messages of a system, or of all
         self._replies: deque[imc.Message] = deque(maxlen=MOST_REPLIES)
         self._opened = 0.0
         self.search: SearchReport = SearchReport(self.links, report, expects_all=expects_all)
@@ -80,6 +80,7 @@ class Network:
         return self
 
     async def __aexit__(self, *_: object) -> None:
+        self._requests.close()
         await asyncio.gather(*(link.close() for link in self.links))
 
     # Called by links
@@ -138,33 +139,23 @@ class Network:
         self, system: NetworkSystem | None = None, kinds: Collection[type[imc.Message]] = (), *, takes_old: bool = False
     ) -> MessageListener:
         """The messages from and to a system, or from all systems. To be ended with `close_listener`."""
-        self.subscribe(system, kinds)
-        listener = MessageListener(system, kinds, takes_old=takes_old)
-        if not kinds:
-            self._wide[EVERYBODY if system is None else system.name] += 1
+        listener = MessageListener(system, kinds, self.subscribe(system, kinds), takes_old=takes_old)
         self._listeners.append(listener)
         return listener
 
-    def subscribe(self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]] = ()) -> None:
-        """Let `NetworkSystem.latest_message` follow messages of some types, or all.
+    def subscribe(self, system: NetworkSystem | None, kinds: Collection[type[imc.Message]] = ()) -> MessageUse:
+        """Let `NetworkSystem.latest_message` follow messages of some types, or all, until the use is closed.
 
         Raises TypeError for what is no type of them.
         """
-        wanted = frozenset(check_message_type(kind).__name__ for kind in kinds) or EVERYTHING
-        for link in self.links:
-            link.subscribe(EVERYBODY if system is None else system.name, wanted)
+        names = frozenset(check_message_type(kind).__name__ for kind in kinds)
+        return MessageUse(self._requests, EVERYBODY if system is None else system.name, names)
 
     def close_listener(self, listener: MessageListener) -> None:
-        """End a listener; after the last one to all messages of a system, links are no longer asked for them."""
-        if listener not in self._listeners:
-            return
-        self._listeners.remove(listener)
-        if listener.takes_all_kinds:
-            name = EVERYBODY if listener.system is None else listener.system.name
-            self._wide[name] -= 1
-            if not self._wide[name]:
-                for link in self.links:
-                    link.unsubscribe(name, EVERYTHING)
+        """End a listener; a while after the last use of a message, links are no longer asked for it."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
+            listener.use.close()
 
     async def stream(
         self, system: NetworkSystem, kinds: Collection[type[imc.Message]] = ()
@@ -219,9 +210,7 @@ class Network:
         if not name.strip() or any(sign in name for sign in "*?$#/"):
             raise NetworkError(f"{printable(name)!r} is not the name of one vehicle")
         name = "_".join(name.split())
-        for link in self.links:
-            link.subscribe(name, BASIC)
-            link.subscribe(name, ("VehicleState", "PlanControlState"))
+        self._requests.begin(name, BASIC)
         began = time.monotonic()
         while (left := self._search_end(name, began, timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)

@@ -176,6 +176,11 @@ class NetworkSystem:
         if place in self.latest or len(self.latest) < MOST_KEPT:
             self.latest[place] = message
 
+    def forget_latest(self, name: str) -> None:
+        """Forget the newest messages of a type."""
+        for place in [place for place in self.latest if place[0] == name]:
+            del self.latest[place]
+
     def latest_message(self, kind: type[M], entity: str = "") -> M | None:
         """The newest message of a type, of one entity (label) if it is named."""
         found: M | None = None

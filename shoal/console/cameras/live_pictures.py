@@ -11,7 +11,7 @@ from imc import console_acl
 from imc.reserved_ids import UNKNOWN_ENTITY
 from shoal.console.cameras.camera_picture import CameraPicture, parse_picture
 from shoal.console.cameras.detection_marks import Mark, RecentDetections
-from shoal.network import MessageListener, Network, NetworkSystem
+from shoal.network import MessageListener, MessageUse, Network, NetworkSystem
 from support.number_parsing import natural_number
 from support.terminal_text import printable
 
@@ -67,8 +67,8 @@ class _Camera:
 class _Vehicle:
     """The cameras and detections of a vehicle that somebody looks at."""
 
-    def __init__(self, listener: MessageListener) -> None:
-        self.listener: MessageListener = listener
+    def __init__(self, listener: MessageListener, use: MessageUse) -> None:
+        self.listener, self.use = listener, use
         self.cameras: dict[int, _Camera] = {}
         self.detections: RecentDetections = RecentDetections()
         self.refusal: str = ""
@@ -123,8 +123,8 @@ class LivePictures:
     def _follow(self, system: NetworkSystem) -> _Vehicle:
         vehicle = self._vehicles.get(system.name)
         if vehicle is None:
-            self._network.subscribe(system, KINDS)
-            vehicle = self._vehicles[system.name] = _Vehicle(self._network.listen(system, FOLLOWED))
+            listener, use = self._network.listen(system, FOLLOWED), self._network.subscribe(system, KINDS)
+            vehicle = self._vehicles[system.name] = _Vehicle(listener, use)
         if vehicle.ending is not None:
             vehicle.ending.cancel()
         vehicle.ending = asyncio.get_running_loop().call_later(UNSEEN, self._forget, system.name)
@@ -136,7 +136,9 @@ class LivePictures:
             vehicle.cameras.clear()
 
     def _forget(self, name: str) -> None:
-        self._network.close_listener(self._vehicles.pop(name).listener)
+        vehicle = self._vehicles.pop(name)
+        self._network.close_listener(vehicle.listener)
+        vehicle.use.close()
 
     def _take(self, system: NetworkSystem, vehicle: _Vehicle) -> None:
         for _, message in vehicle.listener.take_all():

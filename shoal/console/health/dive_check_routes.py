@@ -36,10 +36,12 @@ class DiveCheckRoutes(PagePart):
         if system is None or not system.is_vehicle:
             return json_response({"ok": False, "text": "there is no such vehicle"})
         plan = PlanChoice()
-        if self._is_live and system.id is not None and system.is_there:
-            await self._receive(system)
-            plan = await self._choose(AsyncRemoteVehicle(self._network, system), request.query_params.get("plan", ""))
-        checks = DiveChecks(system, plan, is_live=self._is_live).rows()
+        with self._network.subscribe(system, KINDS):
+            if self._is_live and system.id is not None and system.is_there:
+                await self._receive(system)
+                name = request.query_params.get("plan", "")
+                plan = await self._choose(AsyncRemoteVehicle(self._network, system), name)
+            checks = DiveChecks(system, plan, is_live=self._is_live).rows()
         rows = [asdict(check) for check in checks]
         counts = {words: sum(check.color == color for check in checks) for color, words in DOUBTS.items()}
         found = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
@@ -48,8 +50,7 @@ class DiveCheckRoutes(PagePart):
         return json_response({"ok": True, "checks": rows, "plans": plan.stored or [], "text": text})
 
     async def _receive(self, system: NetworkSystem) -> None:
-        """Wait a moment for what the vehicle has not been asked for before."""
-        self._network.subscribe(system, KINDS)
+        """Wait a moment for what was not received before."""
         wanted = [kind for kind in KINDS if kind is not imc.Calibration]
         if system.latest_message(imc.OperationalLimits) is None:
             self._network.send(system, imc.GetOperationalLimits())

@@ -132,7 +132,7 @@ class ForecastRoutes(PagePart):
 
     async def _repeat(self, system: NetworkSystem, horizon: float, spread: float) -> None:
         """Make forecasts until nobody looks."""
-        self._network.subscribe(system, (imc.EstimatedStreamVelocity, imc.NavigationUncertainty))
+        use = self._network.subscribe(system, (imc.EstimatedStreamVelocity, imc.NavigationUncertainty))
         try:
             while self._is_watched():
                 began = time.monotonic()
@@ -145,6 +145,7 @@ class ForecastRoutes(PagePart):
                     making.cancel()
                     await asyncio.gather(making, return_exceptions=True)
         finally:
+            use.close()
             if self._loop is asyncio.current_task():
                 self._loop, self._latest = None, None
 

@@ -22,7 +22,7 @@ class FakeNetwork:
 
     def listen(self, system: object, kinds: tuple) -> MessageListener:
         self.opened += 1
-        self.listener = MessageListener(None, kinds)
+        self.listener = MessageListener(None, kinds, None)
         return self.listener
 
     def close_listener(self, listener: MessageListener) -> None:
