@@ -115,7 +115,11 @@ class ConsoleApplication:
         ]
         for part in parts:
             routes.extend(Route(path, logged_in(answer)) for path, answer in part.questions.items())
-            for role, posted in ((Role.OPERATE, part.orders), (Role.MAINTAIN, part.maintenance)):
+            for role, posted in (
+                (Role.WATCH, part.posted),
+                (Role.OPERATE, part.orders),
+                (Role.MAINTAIN, part.maintenance),
+            ):
                 routes.extend(
                     Route(path, logged_in(self._for_role(role, answer)), methods=["POST"])
                     for path, answer in posted.items()
@@ -134,11 +138,10 @@ class ConsoleApplication:
         async def checked(request: Request) -> Response:
             session = self._accounts.session(request)
             assert session is not None
-            try:
-                self._authority.require_role(session.user, role)
-            except AuthorityError as error:
-                return json_response({"ok": False, "text": printable(str(error))})
-            request.state.user = session.user
+            refusal = self._authority.refusal(session.user, max(role, Role.OPERATE))
+            if refusal and role > Role.WATCH:
+                return json_response({"ok": False, "text": printable(refusal)})
+            request.state.user, request.state.refusal = session.user, refusal
             return await answer(request)
 
         return checked

@@ -10,12 +10,14 @@ NOTHING: Mapping[str, Answer] = MappingProxyType({})
 
 
 class PagePart(Protocol):
-    """Answers by path: `questions` to GET, `orders` to POST of who may operate, `maintenance` of who may maintain.
+    """Answers by path: `questions` to GET, `posted` to POST, `orders` and `maintenance` to POST of a role.
 
-    The state of the request of an order has its `user`.
+    A question changes nothing on a vehicle. The state of a request by POST has its `user`, and `refusal`, which is why
+    the user may not operate; empty for who may.
     """
 
     questions: Mapping[str, Answer] = NOTHING
+    posted: Mapping[str, Answer] = NOTHING
     orders: Mapping[str, Answer] = NOTHING
     maintenance: Mapping[str, Answer] = NOTHING
 

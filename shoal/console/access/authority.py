@@ -63,10 +63,14 @@ class Authority:
 
     def require_role(self, user: User, role: Role) -> None:
         """Raises AuthorityError if a user has not this role, or is not in the vehicle's list of consoles."""
-        if user.role < role:
-            raise AuthorityError(f"{user.name} may {user.role.word}: this needs the role {role.word}")
-        if reason := self._refusal(user):
+        if reason := self.refusal(user, role):
             raise AuthorityError(reason)
+
+    def refusal(self, user: User, role: Role) -> str:
+        """Why a user may not do what needs a role; empty if he may."""
+        if user.role < role:
+            return f"{user.name} may {user.role.word}: this needs the role {role.word}"
+        return self._refusal(user)
 
     def change_lease(self, session: PageSession, vehicle: str, change: object) -> str:
         """Take, hand over or keep a lease; returns a sentence for the user. Raises AuthorityError."""

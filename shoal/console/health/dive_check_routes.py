@@ -1,4 +1,4 @@
-"""Requests of the page for the checks before a dive, which ask the vehicle for its check of a plan."""
+"""Requests of the page for the checks before a dive; those of an operator have the vehicle check a plan."""
 
 import asyncio
 import time
@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 import imc
 from shoal.console.health.dive_checks import KINDS, DiveChecks, PlanChoice
-from shoal.console.json_request import Answer, json_response
+from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, NetworkSystem
 from support.terminal_text import printable
@@ -29,18 +29,20 @@ class DiveCheckRoutes(PagePart):
 
     def __init__(self, network: Network, now: Callable[[], float] = time.time, *, is_live: bool = True) -> None:
         self._network, self._now, self._is_live = network, now, is_live
-        self.questions: Mapping[str, Answer] = {"/api/checks": self._answer}
+        self.posted: Mapping[str, Answer] = {"/api/checks": self._answer}
 
     async def _answer(self, request: Request) -> Response:
-        system = self._network.systems.get(request.query_params.get("vehicle", ""))
+        words = await json_object(request)
+        name, plan_name = (str(words.get(word, "")) for word in ("vehicle", "plan"))
+        system = self._network.systems.get(name)
         if system is None or not system.is_vehicle:
             return json_response({"ok": False, "text": "there is no such vehicle"})
         plan = PlanChoice()
         with self._network.subscribe(system, KINDS):
             if self._is_live and system.id is not None and system.is_there:
                 await self._receive(system)
-                name = request.query_params.get("plan", "")
-                plan = await self._choose(AsyncRemoteVehicle(self._network, system), name)
+                vehicle = AsyncRemoteVehicle(self._network, system)
+                plan = await self._choose(vehicle, plan_name, request.state.refusal)
             checks = DiveChecks(system, plan, is_live=self._is_live).rows()
         rows = [asdict(check) for check in checks]
         counts = {words: sum(check.color == color for check in checks) for color, words in DOUBTS.items()}
@@ -58,14 +60,19 @@ class DiveCheckRoutes(PagePart):
         while any(system.latest_message(kind) is None for kind in wanted) and time.monotonic() < deadline:
             await asyncio.sleep(LOOK)
 
-    async def _choose(self, vehicle: AsyncRemoteVehicle, name: str) -> PlanChoice:
-        """The plan of a name, as the vehicle judges it, or only the names of those that are stored."""
+    async def _choose(self, vehicle: AsyncRemoteVehicle, name: str, refusal: str) -> PlanChoice:
+        """The plan of a name, as the vehicle judges it, or only the names of those that are stored.
+
+        The vehicle loads a plan to check it, which it does for nobody with a `refusal`.
+        """
         try:
             stored = [plan.name for plan in await vehicle.plan.list()]
         except NetworkError as error:
             return PlanChoice(name, trouble=printable(str(error)))
         if not name:
             return PlanChoice(stored=stored)
+        if refusal:
+            return PlanChoice(name, trouble=f"not checked by the vehicle: {refusal}", stored=stored)
         try:
             return PlanChoice(name, await vehicle.plan.estimate(name), stored=stored)
         except NetworkError as error:

@@ -1,9 +1,8 @@
 // Checks before a dive: each line with its color in words, and where it comes from.
-import { ask, cell, fill, fillOptions, makeLatest, page, row, small, store, write } from "./page.js";
+import { cell, fill, fillOptions, makeLatest, page, post, row, small, store, write } from "./page.js";
 
 const WORDS = { green: ["✓ in order", "good"], yellow: ["! look", "warn"], red: ["✗ not ready", "bad"] };
 const OLD = 60000; // ms
-const PATIENCE = 20000; // ms: a vehicle may be slow to check a plan
 
 const select = page.checkPlan, latest = makeLatest();
 let checked = 0;
@@ -13,7 +12,7 @@ async function run() {
   const vehicle = store.chosen;
   if (!vehicle) return;
   tell("asking the vehicle");
-  const answer = await latest(ask("checks", { vehicle, plan: select.value }, PATIENCE));
+  const answer = await latest(post("checks", { vehicle, plan: select.value }));
   if (!answer) return;
   checked = performance.now();
   const plan = select.value, rows = answer.checks ?? [];

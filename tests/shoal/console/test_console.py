@@ -191,14 +191,19 @@ def test_a_page_that_does_not_read_delays_no_other(page):
             frames.recv(10)
 
 
+def checks_of(page, **words):
+    status, content, _ = page.request("POST", "/api/checks", {"vehicle": NAME, **words})
+    assert status == 200, content
+    return {each["name"]: each for each in json.loads(content)["checks"]}
+
+
 def test_checks_descriptions_and_rates_come_over_a_network(page):
-    checks = {each["name"]: each for each in page.get(f"/api/checks?vehicle={NAME}")["checks"]}
+    checks = checks_of(page)
     assert checks["Link"]["value"].startswith("zenoh")
     assert checks["GPS fix"]["color"] == "green"
     assert checks["Plan"]["source"] == "PlanDB"
     assert page.order(NAME, "put", text=PLAN)["ok"]
-    plan = {each["name"]: each for each in page.get(f"/api/checks?vehicle={NAME}&plan=east")["checks"]}["Plan"]
-    assert "east would start; " in plan["value"]
+    assert "east would start; " in checks_of(page, plan="east")["Plan"]["value"]
     details = page.get(f"/api/parameter-details?vehicle={NAME}&entity=Depth%20Sensor")
     deviation = details["values"]["Standard Deviation"]
     assert (deviation["unit"], deviation["default"], deviation["where"]) == ("m", "0.05", None)

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
 import zenoh
@@ -87,7 +88,7 @@ def test_a_plot_ends_with_its_last_page_or_when_that_chooses_another_field() -> 
         for page in pages:
             feed.add(page)
             feed.set_fields(page, [f"{NAME}/Temperature.value"])
-        await until(lambda: feed._values())
+        await until(feed._values)
         feed.remove(pages[0])
         await asyncio.sleep(0.3)
         assert pole.has_subscribers("Temperature")
@@ -117,11 +118,12 @@ def test_pictures_end_with_the_last_question(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_checks_end_with_their_answer() -> None:
-    class Question:
-        query_params = {"vehicle": NAME}
+    async def question() -> bytes:
+        return json.dumps({"vehicle": NAME}).encode()
 
     async def work(pole: Pole, network: Network, system: NetworkSystem) -> None:
-        asking = asyncio.create_task(DiveCheckRoutes(network)._answer(Question()))
+        request = SimpleNamespace(body=question, state=SimpleNamespace(refusal=""))
+        asking = asyncio.create_task(DiveCheckRoutes(network)._answer(request))
         await until(lambda: pole.has_subscribers("GpsFix"))
         await asking
         await until(lambda: not pole.has_subscribers("GpsFix"))

@@ -9,6 +9,7 @@ class Radio:
 
     name, trouble, delivers_all = "radio", "", True
     discovery_timeout = 0.0
+    fragment_size = 0
 
     async def open(self, listener, console):
         self.listener = listener
