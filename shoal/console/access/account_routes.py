@@ -7,7 +7,7 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
 from shoal.console.access.authority import Authority, AuthorityError
-from shoal.console.access.page_sessions import Access, LoginError, PageSession
+from shoal.console.access.page_sessions import NO_CERTIFICATE, Access, LoginError, PageSession, ShownCertificate
 from shoal.console.connections.page_protocol import CLIENT_CERTIFICATE
 from shoal.console.json_request import json_object
 from support.terminal_text import printable
@@ -82,6 +82,7 @@ class AccountRoutes:
         return JSONResponse({"ok": True, "text": printable(text)})
 
 
-def _certificate(request: Request) -> str:
-    """The SHA-256 of the certificate that the client has shown; empty without one."""
-    return str(request.scope.get("state", {}).get(CLIENT_CERTIFICATE, ""))
+def _certificate(request: Request) -> ShownCertificate:
+    """The certificate that the client has shown."""
+    found: ShownCertificate = request.scope.get("state", {}).get(CLIENT_CERTIFICATE, NO_CERTIFICATE)
+    return found

@@ -2,10 +2,12 @@
 
 import asyncio
 import hmac
+import math
 import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from shoal.console.access.users import LOCAL, User, Users
 from support.token_bucket import TokenBuckets
@@ -19,6 +21,16 @@ MOST_ADDRESSES = 256
 
 class LoginError(Exception):
     """A login that is rejected; the text is for the user."""
+
+
+class ShownCertificate(NamedTuple):
+    """The certificate that a client has shown: its SHA-256 in hexadecimal digits, and its end (s since 1970 UTC)."""
+
+    sha256: str = ""
+    end: float = -math.inf
+
+
+NO_CERTIFICATE = ShownCertificate()
 
 
 @dataclass(frozen=True)
@@ -35,19 +47,24 @@ class _OpenSession:
     user: User
     used: float
     password_mark: bytes
-    certificate: str
+    certificate: ShownCertificate
 
 
 class Access:
     """Links that each log in once, users, and sessions by their secret, which only a cookie carries.
 
     A wrong or used link, or a wrong password, counts against the limit of logins from an address; a session without a
-    request for 12 hours ends, and so does that of a user who is removed or gets another password. `clock` returns
-    seconds.
+    request for 12 hours ends, and so does that of a user who is removed or gets another password, and with the
+    certificate that has opened it. `clock` returns seconds, `date` those since 1970 UTC.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic, users: Users | None = None) -> None:
-        self._clock, self._users = clock, users
+    def __init__(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        users: Users | None = None,
+        date: Callable[[], float] = time.time,
+    ) -> None:
+        self._clock, self._users, self._date = clock, users, date
         self._links: dict[str, float] = {}
         self._sessions: dict[str, _OpenSession] = {}
         self._logins = TokenBuckets(LOGINS / 60.0, LOGINS, MOST_ADDRESSES)
@@ -93,18 +110,20 @@ class Access:
             raise LoginError("wrong name or password")
         return self._open(user)
 
-    def login_certificate(self, sha256: str, address: str = "") -> str:
+    def login_certificate(self, shown: ShownCertificate, address: str = "") -> str:
         """The secret of a new session for a client certificate that TLS has checked. Raises LoginError."""
         self._count_login(address)
-        user = self.certificate_user(sha256)
+        user = self.certificate_user(shown)
         if user is None:
             self._check_users()
             raise LoginError("the browser has shown no certificate of a user")
-        return self._open(user, sha256)
+        return self._open(user, shown)
 
-    def certificate_user(self, sha256: str) -> User | None:
-        """The user of a client certificate; without one there is none."""
-        return None if self._users is None or not sha256 else self._users.certificate_user(sha256)
+    def certificate_user(self, shown: ShownCertificate) -> User | None:
+        """The user of a client certificate; without one, or after its end, there is none."""
+        if self._users is None or not shown.sha256 or self._date() > shown.end:
+            return None
+        return self._users.certificate_user(shown.sha256)
 
     def logout(self, secret: str | None) -> None:
         """End a session."""
@@ -141,8 +160,8 @@ class Access:
         user = self._users.find(session.user.name)
         if user is None:
             return None
-        if session.certificate:
-            return user if self._users.certificate_user(session.certificate) == user else None
+        if session.certificate.sha256:
+            return user if self.certificate_user(session.certificate) == user else None
         return user if self._password_mark(user) == session.password_mark else None
 
     def _check_users(self) -> None:
@@ -150,7 +169,7 @@ class Access:
         if self._users is not None and self._users.trouble:
             raise LoginError("the file of users is damaged: only a link logs in until it is repaired")
 
-    def _open(self, user: User, certificate: str = "") -> str:
+    def _open(self, user: User, certificate: ShownCertificate = NO_CERTIFICATE) -> str:
         secret = secrets.token_urlsafe(32)
         while len(self._sessions) >= MOST_SESSIONS:
             del self._sessions[min(self._sessions, key=lambda each: self._sessions[each].used)]

@@ -13,13 +13,14 @@ import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
+from shoal.console.access.page_sessions import NO_CERTIFICATE, ShownCertificate
 from shoal.console.connections.page_listener import PageListener
 
 HANDSHAKE = 10.0  # s for TLS
 HEAD, BODY = 10.0, 20.0  # s for the head of a request, and for the rest
 UNREAD = 30.0  # s in which a reader has to take what the system does not keep for it
 CLIENT_CERTIFICATE = "client_certificate"
-"""Name in the `state` of a scope: the SHA-256 of the certificate of the client in hexadecimal digits, or empty."""
+"""Name in the `state` of a scope: the certificate of the client, see `ShownCertificate`."""
 
 
 class PageProtocol(H11Protocol):
@@ -141,11 +142,14 @@ class PageHTTPServer(uvicorn.Server):
         yield
 
 
-def _certificate_of(transport: asyncio.Transport) -> str:
-    """The SHA-256 of the checked certificate of a client; empty without one."""
+def _certificate_of(transport: asyncio.Transport) -> ShownCertificate:
+    """The checked certificate of a client."""
     found: ssl.SSLObject | None = transport.get_extra_info("ssl_object")
-    certificate = None if found is None else found.getpeercert(binary_form=True)
-    return "" if certificate is None else hashlib.sha256(certificate).hexdigest()
+    binary = None if found is None else found.getpeercert(binary_form=True)
+    if found is None or binary is None:
+        return NO_CERTIFICATE
+    end = (found.getpeercert() or {}).get("notAfter")
+    return ShownCertificate(hashlib.sha256(binary).hexdigest(), ssl.cert_time_to_seconds(str(end)))
 
 
 def _cancel(timer: asyncio.TimerHandle | None) -> None:

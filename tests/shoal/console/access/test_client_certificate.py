@@ -2,6 +2,7 @@
 
 import json
 import ssl
+import time
 from datetime import timedelta
 
 import pytest
@@ -93,6 +94,18 @@ def test_an_expired_certificate_opens_nothing(tmp_path, monkeypatch):
         with pytest.raises((ssl.SSLError, ConnectionError)):
             browser_with(page, made).request("GET", "/api/me")
         assert me(browser_with(page))["ok"] is False
+
+
+def test_a_session_ends_with_its_certificate_on_an_open_connection_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(client_certificate, "LIFETIME", timedelta(minutes=5))
+    made = make_client_certificate(tmp_path, "anna", Role.OPERATE)
+    with served_page(security=security_of(tmp_path)) as page:
+        anna = browser_with(page, made)
+        anna.log_in(certificate=True)
+        assert me(anna)["user"] == "anna"
+        page.server._access._date = lambda: time.time() + 301.0
+        assert me(anna) == {"ok": False, "passwords": True}
+        assert anna.request("POST", "/api/login", {"certificate": True})[0] == 403
 
 
 def test_the_command_makes_a_certificate_for_a_user(tmp_path):
