@@ -51,7 +51,7 @@ function line(vehicle, entity, name, value) {
     input.disabled = set.disabled = isFixed;
     if (isFixed) last.append(small("only before the start"));
     place.append(...found.origin.map(([text, kind]) => small(text, kind)));
-    if (found.differs && !isFixed) place.append(button("Value of the file", () => { input.value = found.file; input.focus(); }));
+    if (found.differs && !isFixed) place.append(button("Value at the start", () => { input.value = found.file; input.focus(); }));
   }
   return { shown: row(title, middle, last, place), describe };
 }

@@ -111,8 +111,10 @@ def _notes(described: ParameterDescription, default: str | None) -> list[str]:
 
 def _origin(setting: ParameterSetting, saved: str | None, *, differs: bool) -> list[tuple[str, str]]:
     """Lines on where the value of a parameter at the start comes from, each with its kind: "warn" or ""."""
-    lines = [(f"differs: {setting.text or '(empty)'} in the file", "warn") if differs else ("as in the file", "")]
-    lines.append((setting.where, ""))
+    words = f"differs: {setting.text or '(empty)'} {setting.source}" if differs else f"as {setting.source}"
+    lines = [(words, "warn" if differs else "")]
+    if ":" in setting.where:
+        lines.append((setting.where, ""))
     if setting.replaced:
         lines.append((f"instead of {', '.join(setting.replaced)}", ""))
     if saved is not None:

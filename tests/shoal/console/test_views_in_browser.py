@@ -82,7 +82,7 @@ def test_a_parameter_shows_its_origin_and_is_set_saved_and_undone(page):
     view(page, "parameters")
     until(lambda: "Depth Sensor" in page.text("#entity"), PATIENCE)
     set_value(page, "entity", "Depth Sensor", "change")
-    until(lambda: "as in the filecommand line" in (row(page, "Standard Deviation") or ""), PATIENCE)
+    until(lambda: "as on the command line" in (row(page, "Standard Deviation") or ""), PATIENCE)
     known = row(page, "Standard Deviation")
     assert "Standard deviation of the noise." in known
     assert "real; at least 0; default 0.05" in known
@@ -90,15 +90,15 @@ def test_a_parameter_shows_its_origin_and_is_set_saved_and_undone(page):
     assert "only before the start" in row(page, "Entity Label")
     change_deviation(page, "-1")
     result(page, "NOT OBEYED: Depth Sensor: Standard Deviation = '-1'")
-    until(lambda: "as in the file" in (row(page, "Standard Deviation") or ""), PATIENCE)
+    until(lambda: "as on the command line" in (row(page, "Standard Deviation") or ""), PATIENCE)
     change_deviation(page, "0.03")
-    until(lambda: "differs: 0.02 in the file" in (row(page, "Standard Deviation") or ""), PATIENCE)
+    until(lambda: "differs: 0.02 on the command line" in (row(page, "Standard Deviation") or ""), PATIENCE)
     page.press("#values-save")
     until(lambda: "saved for the next start: 0.03" in (row(page, "Standard Deviation") or ""), PATIENCE)
     assert "local: Depth Sensor: Standard Deviation 0.02 → 0.03" in page.text("#changes")
     press_in(page, "#changes button", "Undo")
     until(lambda: "(undone by local)" in page.text("#changes"), PATIENCE)
-    until(lambda: "as in the file" in (row(page, "Standard Deviation") or ""), PATIENCE)
+    until(lambda: "as on the command line" in (row(page, "Standard Deviation") or ""), PATIENCE)
     view(page, "log")
     until(lambda: "local: undo Depth Sensor: Standard Deviation = 0.02" in page.text("#entries"), PATIENCE)
 

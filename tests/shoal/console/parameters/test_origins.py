@@ -1,0 +1,58 @@
+"""A parameter on the page shows where its value at the start comes from, and whether it differs since."""
+
+import asyncio
+import json
+
+import pytest
+from starlette.requests import Request
+
+from runtime.kernel import VirtualClock
+from runtime.profile import load_profile
+from runtime.vehicle import build
+from shoal.console import ProfileSettings
+from shoal.console.parameters.parameter_routes import ParameterRoutes
+from shoal.network import ParameterDescription
+
+ENTITY = "Depth Sensor"
+
+
+class Vehicle:
+    name = "lauv-noptilus-1"
+
+    @property
+    def system(self) -> "Vehicle":
+        return self
+
+
+@pytest.fixture(scope="module")
+def settings(tmp_path_factory: pytest.TempPathFactory) -> ProfileSettings:
+    saved = tmp_path_factory.mktemp("db")
+    (saved / "lauv-noptilus-1-saved.ini").write_text("[Simulators.DepthSensor]\nExecution Frequency = 7\n")
+    profile = load_profile("lauv-noptilus-1", saved=saved, overrides=["Simulators.DepthSensor:Standard Deviation=0.02"])
+    built = build(profile, ["Simulation"], clock=VirtualClock(), log_root=saved, state_folder=saved)
+    return ProfileSettings(built.vehicle)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "lines"),
+    [
+        ("Debug Level", "None", ["as by default"]),
+        ("Debug Level", "Spew", ["differs: None by default"]),
+        ("Entity Label", ENTITY, ["as in the file", "auv/simulation.ini:"]),
+        ("Entity Label", "Other", [f"differs: {ENTITY} in the file", "auv/simulation.ini:"]),
+        ("Standard Deviation", "0.02", ["as on the command line"]),
+        ("Standard Deviation", "0.03", ["differs: 0.02 on the command line"]),
+        ("Execution Frequency", "7", ["as saved", "lauv-noptilus-1-saved.ini:2", "saved for the next start: 7"]),
+        ("Execution Frequency", "8", ["differs: 7.0 saved", "-saved.ini:2", "saved for the next start: 7"]),
+    ],
+)
+def test_a_parameter_shows_what_set_it_and_whether_it_differs(settings, monkeypatch, name, value, lines):
+    async def describe(vehicle, entities):
+        return {ENTITY: {name: ParameterDescription(ENTITY, name, value, source="vehicle")}}
+
+    monkeypatch.setattr("shoal.console.parameters.parameter_routes.describe_parameters", describe)
+    request = Request({"type": "http", "query_string": b"vehicle=lauv-noptilus-1&entity=Depth+Sensor"})
+    answer = json.loads(asyncio.run(ParameterRoutes(lambda _: Vehicle(), settings).details(request)).body)
+    shown = [text for text, _ in answer["values"][name]["origin"] if not text.startswith("instead of")]
+    assert len(shown) == len(lines), shown
+    assert all(expected in text for expected, text in zip(lines, shown, strict=True)), shown
