@@ -11,7 +11,8 @@ from starlette.types import Receive, Scope, Send
 
 from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.logs.log_library import LogDownload, LogLibrary, LogLibraryError
-from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.owned_job import OwnedJob
+from shoal.console.page_job import PageJobError
 from shoal.console.page_part import PagePart
 from support.terminal_text import printable
 
@@ -57,7 +58,7 @@ class LogRoutes(PagePart):
 
     def __init__(self, library: LogLibrary) -> None:
         self._library = library
-        self._worker = PageJob(WORKER)
+        self._worker = OwnedJob(WORKER, "has a report made")
         self._reading = asyncio.Lock()
         self._reports: dict[str, bytes] = {}
         self._downloads = 0
@@ -73,7 +74,7 @@ class LogRoutes(PagePart):
 
     def close(self) -> None:
         """End the report that is being made."""
-        self._worker.cancel()
+        self._worker.close()
 
     async def _list(self, _: Request) -> Response:
         async with self._reading:  # one at a time reads the disk
@@ -103,7 +104,7 @@ class LogRoutes(PagePart):
         try:
             path, name = self._library.path(key := key if isinstance(key, str) else ""), self._library.name(key)
             async with asyncio.timeout(LONGEST):
-                found = await self._worker.run({"log": str(path)})
+                found = await self._worker.run(request.state.user, {"log": str(path)})
         except (LogLibraryError, PageJobError) as error:
             return _refusal(error)
         except TimeoutError:
@@ -116,9 +117,9 @@ class LogRoutes(PagePart):
             del self._reports[next(iter(self._reports))]
         return json_response({"ok": True, "text": "the report is made"})
 
-    async def _cancel(self, _: Request) -> Response:
-        self._worker.cancel()
-        return json_response({"ok": True, "text": "cancelled"})
+    async def _cancel(self, request: Request) -> Response:
+        refusal = self._worker.cancel(request.state.user)
+        return _refusal(refusal) if refusal else json_response({"ok": True, "text": "cancelled"})
 
     async def _report(self, request: Request) -> Response:
         page = self._reports.get(request.query_params.get("log", ""))

@@ -12,7 +12,8 @@ from starlette.responses import Response
 import imc
 from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.logs.log_link import LogLink
-from shoal.console.page_job import PageJob, PageJobError
+from shoal.console.owned_job import OwnedJob
+from shoal.console.page_job import PageJobError
 from shoal.console.page_part import PagePart
 from support.terminal_text import printable
 
@@ -26,7 +27,7 @@ class ReplayAnswers(PagePart):
 
     def __init__(self, player: LogLink, log_root: Path) -> None:
         self._player, self._log_root = player, log_root
-        self._worker = PageJob(WORKER)
+        self._worker = OwnedJob(WORKER, "has a run resumed")
         self._log: imc.Log | None = None
         self._reading = asyncio.Lock()
         self.questions: Mapping[str, Answer] = {"/api/series": self._series}
@@ -35,7 +36,7 @@ class ReplayAnswers(PagePart):
 
     def close(self) -> None:
         """End the run that is being resumed."""
-        self._worker.cancel()
+        self._worker.close()
 
     async def _control(self, request: Request) -> Response:
         try:
@@ -88,7 +89,7 @@ class ReplayAnswers(PagePart):
             "log_root": str(self._log_root),
         }
         try:
-            found = await self._worker.run(job)
+            found = await self._worker.run(request.state.user, job)
         except PageJobError as error:
             return _refusal(error)
         return json_response({**found, "text": printable(str(found["text"]))})

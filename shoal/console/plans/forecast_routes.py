@@ -13,7 +13,9 @@ from starlette.responses import Response
 
 import imc
 from autonomy.plans import remaining_plan_at
+from shoal.console.access.users import User
 from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.owned_job import may_end
 from shoal.console.page_job import PageJob, PageJobError
 from shoal.console.page_part import PagePart
 from shoal.console.plans.forecast_summary import ForecastResult, describe_runs, enclosing_circles
@@ -60,7 +62,8 @@ class ForecastView:
 class ForecastRoutes(PagePart):
     """Answers to the page about one vehicle at a time.
 
-    A forecast is made again every 30 s, or as soon as the one before is finished, while a page asks for it.
+    A forecast is made again every 30 s, or as soon as the one before is finished, while a page asks for it. Who has
+    started it may replace it by another one, and who may maintain.
     """
 
     def __init__(self, network: Network, *, is_allowed: bool = True) -> None:
@@ -68,6 +71,7 @@ class ForecastRoutes(PagePart):
         self._worker = PageJob(WORKER)
         self._starting = asyncio.Lock()  # of two at once, the second one replaces the first
         self._loop: asyncio.Task[None] | None = None
+        self._owner: User | None = None
         self._wanted = "", 0.0, 0.0  # vehicle, horizon and spread of the current
         self._asked = -math.inf
         self._number = 0
@@ -115,9 +119,15 @@ class ForecastRoutes(PagePart):
         if not PROFILE_NAME.fullmatch(system.name):
             return _refusal(f"{printable(system.name)} is no name of a profile")
         wanted = system.name, float(horizon), float(spread)
+        user = request.state.user
         async with self._starting:
             if self._loop is None or wanted != self._wanted:
+                owner = self._owner
+                if self._loop is not None and owner is not None and not may_end(user, owner):
+                    text = f"{owner.name} has another forecast made, of {printable(self._wanted[0])}"
+                    return _refusal(f"{text}: wait until nobody looks at it")
                 await self._end()
+                self._owner = user
                 self._wanted, self._asked, self._trouble = wanted, time.monotonic(), ""
                 self._loop = asyncio.create_task(self._repeat(system, *wanted[1:]))
         return json_response({"ok": True, "text": ""})

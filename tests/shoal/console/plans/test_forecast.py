@@ -9,6 +9,7 @@ from starlette.requests import Request
 
 import imc
 from autonomy.plans import remaining_plan_at, sequential_plan
+from shoal.console import Role, User
 from shoal.console.page_job import PageJob
 from shoal.console.plans.forecast_routes import ForecastRoutes
 from shoal.console.plans.forecast_summary import describe_runs, enclosing_circles
@@ -19,6 +20,7 @@ from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.operator_page import vehicle_page
 
 NAME = "lauv-noptilus-1"
+ANNA, BEN, CARL = User("anna", Role.OPERATE), User("ben", Role.OPERATE), User("carl", Role.MAINTAIN)
 LAT, LON = math.radians(41.185), math.radians(-8.7062)
 WORKER = "shoal.console.plans.forecast_worker"
 PLAN = """plan: "square"
@@ -113,11 +115,28 @@ def test_limits_of_the_running_vehicle_count_and_what_has_no_hull_is_refused():
     assert "has no hull in the water" in answer["text"]
 
 
-def posted(words: dict) -> Request:
+def posted(words: dict, user: User = ANNA) -> Request:
     async def receive() -> dict:
         return {"type": "http.request", "body": json.dumps(words).encode()}
 
-    return Request({"type": "http", "headers": []}, receive)
+    return Request({"type": "http", "headers": [], "state": {"user": user}}, receive)
+
+
+def test_the_forecast_of_another_user_is_joined_and_replaced_only_by_who_may_maintain():
+    async def answers() -> list[tuple[bool, str]]:
+        radio = Radio()
+        async with Network([radio]) as network:
+            radio.bring(imc.Announce(sys_name=NAME, sys_type=imc.SystemType.UUV, src=0x1A))
+            routes = ForecastRoutes(network)
+            start, found = routes.orders["/api/forecast"], []
+            for user, horizon in ((ANNA, 300.0), (BEN, 300.0), (BEN, 20.0), (ANNA, 30.0), (CARL, 40.0)):
+                answer = json.loads((await start(posted({"vehicle": NAME, "horizon": horizon}, user))).body)
+                found.append((answer["ok"], answer["text"]))
+            routes.close()
+        return found
+
+    refused = f"anna has another forecast made, of {NAME}: wait until nobody looks at it"
+    assert asyncio.run(answers()) == [(True, ""), (True, ""), (False, refused), (True, ""), (True, "")]
 
 
 def test_of_two_forecasts_that_are_started_at_once_one_is_made():

@@ -132,7 +132,7 @@ def test_another_user_is_refused_with_the_name_of_who_flies(tmp_path):
         flight = pool.submit(answer, anna, "/api/flight", job)
         until(lambda: worker_ids() - before, 30.0)
         assert answer(ben, "/api/flight", job)["text"].startswith("anna tries a plan in simulation, for ")
-        refused = {"ok": False, "text": "this is a flight of anna, who may cancel it", "rows": []}
+        refused = {"ok": False, "text": "anna tries a plan in simulation, and may cancel it", "rows": []}
         assert answer(ben, "/api/flight-cancel", {}) == refused
         assert answer(carl, "/api/flight-cancel", {})["ok"]
         assert flight.result(20.0)["text"] == "cancelled"
