@@ -1,5 +1,5 @@
 // Pictures of the chosen vehicle's cameras with detections, only while this view is seen.
-import { ask, button, download, make, page, press, repeat, say, store, utc, write } from "./page.js";
+import { button, make, makeAsk, page, press, repeat, store, utc, write } from "./page.js";
 
 const FAST = 200, SLOW = 1000; // ms between questions
 const OLD = 5; // s, from which a picture is not live; a vehicle of a fast clock has older ones
@@ -7,12 +7,12 @@ const OLD = 5; // s, from which a picture is not live; a vehicle of a fast clock
 const shown = new Map(); // by camera: its figure
 let live = ""; // the camera whose pictures come at a higher rate
 let asking = false;
-const marked = page.camerasMarks;
+const marked = page.camerasMarks, about = makeAsk();
 
 function addFigure(camera) {
   const image = make("img"), marks = drawing("svg"), name = make("strong"), note = make("output");
   const watch = button("Live", () => { live = live === camera ? "" : camera; mark(); look(); });
-  const save = button("Save", () => savePicture(made));
+  const save = make("a", "Save", { className: "button" });
   const caption = make("figcaption", [name, note, watch, save], { className: "form" });
   const figure = make("figure", [caption, make("div", [image, marks], { className: "picture" })]);
   const made = { figure, name, image, marks, note, watch, save, url: "", number: null };
@@ -32,11 +32,10 @@ function keep(names) {
   }
 }
 
-function savePicture({ picture, data }) {
-  if (!picture) { say("there is no picture to save", "warn"); return; }
-  const stamp = utc(picture.time).replace(/[-:]/g, "") || "time-unknown";
-  const words = [store.chosen, picture.label, stamp].map((each) => each.replace(/[^A-Za-z0-9.-]+/g, "_"));
-  download(`${words.join("_")}.${picture.format}`, data);
+function fileOf({ time, label, format }) {
+  const stamp = utc(time).replace(/[-:]/g, "") || "time-unknown";
+  const words = [store.chosen, label, stamp].map((each) => each.replace(/[^A-Za-z0-9.-]+/g, "_"));
+  return `${words.join("_")}.${format}`;
 }
 
 // Of a picture that cannot be decoded, the one before stays with its age.
@@ -47,12 +46,12 @@ async function load(each, camera) {
     const answer = await fetch(`/api/picture?${words}`, { signal: AbortSignal.timeout(8000) });
     if (answer.status === 204) return; // a newer one is there
     if (!answer.ok) throw new Error(await answer.text());
-    const data = await answer.blob();
-    url = URL.createObjectURL(data);
+    url = URL.createObjectURL(await answer.blob());
     await make("img", "", { src: url }).decode();
     each.image.src = url;
+    Object.assign(each.save, { href: url, download: fileOf(camera) });
     [url, each.url] = [each.url, url];
-    Object.assign(each, { data, picture: camera, trouble: "" });
+    Object.assign(each, { picture: camera, trouble: "" });
   } catch (error) {
     each.trouble = error.name === "EncodingError" ? "a damaged picture" : error.message;
   }
@@ -85,6 +84,7 @@ function tell(each, { label, age, trouble }) {
     watch.ariaLabel = `Live pictures of ${label}`;
     save.ariaLabel = `Save the picture of ${label}`;
   }
+  save.hidden = !picture;
   const isOld = !store.replay && !(Math.abs(age ?? NaN) <= OLD);
   const words = [picture ? `${picture.width} × ${picture.height}` : "no picture yet"];
   if (picture && age !== null) words.push(`${age.toFixed(1)} s old`);
@@ -94,7 +94,8 @@ function tell(each, { label, age, trouble }) {
   each.figure.classList.toggle("old", isOld);
 }
 
-async function show(vehicle, answer) {
+async function show(answer) {
+  const vehicle = store.chosen;
   write(page.camerasNote, answer.ok ? answer.note : answer.text);
   if (!answer.ok) { // how old the pictures are is not known
     for (const each of shown.values()) tell(each, { label: each.name.textContent, age: null });
@@ -114,12 +115,11 @@ async function show(vehicle, answer) {
 }
 
 async function look() {
-  const vehicle = store.chosen;
-  if (asking || page.camerasView.hidden || document.hidden || !vehicle) return;
+  if (asking || page.camerasView.hidden) return;
   asking = true;
   try {
-    const answer = await ask("cameras", { vehicle, live });
-    if (vehicle === store.chosen) await show(vehicle, answer);
+    const answer = await about("cameras", { live });
+    if (answer) await show(answer);
   } finally {
     asking = false;
   }

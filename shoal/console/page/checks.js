@@ -1,18 +1,17 @@
 // Checks before a dive: each line with its color in words, and where it comes from.
-import { cell, fill, fillOptions, makeLatest, page, post, row, small, store, write } from "./page.js";
+import { cell, fill, fillOptions, makeAsk, page, post, row, small, store, write } from "./page.js";
 
-const WORDS = { green: ["✓ in order", "good"], yellow: ["! look", "warn"], red: ["✗ not ready", "bad"] };
+const WORDS = { green: "✓ in order", yellow: "! look", red: "✗ not ready" };
 const OLD = 60000; // ms
 
-const select = page.checkPlan, latest = makeLatest();
+const select = page.checkPlan, about = makeAsk(post);
 let checked = 0;
 const tell = (text, kind) => write(page.checkResult, text, kind);
 
 async function run() {
-  const vehicle = store.chosen;
-  if (!vehicle) return;
+  if (!store.chosen) return;
   tell("asking the vehicle");
-  const answer = await latest(post("checks", { vehicle, plan: select.value }));
+  const answer = await about("checks", { plan: select.value });
   if (!answer) return;
   checked = performance.now();
   const plan = select.value, rows = answer.checks ?? [];
@@ -20,12 +19,10 @@ async function run() {
   select.prepend(new Option("none", ""));
   select.value = plan;
   if (select.selectedIndex < 0) select.value = "";
-  fill(page.checks, rows.map(({ name, color, value, source }) => {
-    const [words, kind] = WORDS[color];
-    return row(cell(words, `color ${kind}`), name, [value, small(source)]);
-  }));
+  fill(page.checks, rows.map(({ name, color, value, source }) =>
+    row(cell(WORDS[color], `color ${color}`), name, [value, small(source)])));
   const worst = ["red", "yellow"].find((color) => rows.some((row) => row.color === color)) ?? "green";
-  tell(answer.text, answer.ok ? WORDS[worst][1] : "bad");
+  tell(answer.text, answer.ok ? worst : "bad");
 }
 
 function draw() {
@@ -34,7 +31,6 @@ function draw() {
   tell(`${page.checkResult.textContent}; this is older than a minute: check again`, "warn");
 }
 function forget() {
-  latest();
   checked = 0;
   fill(select);
   fill(page.checks);

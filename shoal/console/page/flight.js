@@ -1,12 +1,12 @@
 // A plan flown in virtual time: its track on the map, depth over the bottom, and battery.
-import { color, failed, fill, makeLatest, page, post, say, store, write, writeAnswer } from "./page.js";
+import { color, failed, fill, page, post, postJob, say, store, write, writeAnswer } from "./page.js";
 import { makeLayer } from "./map_layer.js";
 import { makePlot } from "./plots.js";
 
 const OPTIONS = { height: 140, scales: { x: { time: false } } };
 
 const start = page.planFly, cancel = page.flyCancel, profile = page.flyProfile;
-const layer = makeLayer(), latest = makeLatest();
+const layer = makeLayer();
 let plots = [];
 
 function clear() {
@@ -38,12 +38,8 @@ start.onclick = async () => {
   if (!text.trim()) { say("draw a plan and press As text, or write one", "warn"); return; }
   clear();
   write(page.flyResult, "in flight: it takes some seconds");
-  start.disabled = true;
-  cancel.hidden = false;
-  const answer = await latest(post("flight", { vehicle, text, profile: profile.value || vehicle }));
-  start.disabled = false;
-  cancel.hidden = true;
-  if (!answer) return;
+  const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, cancel);
+  if (vehicle !== store.chosen) return;
   writeAnswer(page.flyResult, answer);
   if (!answer.rows?.length) return;
   drawMap(answer.rows);
@@ -51,7 +47,6 @@ start.onclick = async () => {
 };
 cancel.onclick = async () => failed(await post("flight-cancel"));
 function choose() {
-  latest();
   clear();
   profile.placeholder = store.chosen;
 }

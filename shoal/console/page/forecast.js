@@ -1,12 +1,12 @@
 // The rest of the running plan, simulated several times: tracks, circles and their summary.
-import { ask, duration, isChosen, make, page, post, press, repeat, store, write } from "./page.js";
+import { duration, isChosen, make, makeAsk, page, post, press, repeat, store, write } from "./page.js";
 import { makeLayer } from "./map_layer.js";
 
 const PERIOD = 2000; // ms between questions
 const COLOR = "#e6550d";
 
-const toggle = page.forecastToggle, layer = makeLayer();
-let wanted = ""; // the vehicle whose forecast is on
+const toggle = page.forecastToggle, layer = makeLayer(), about = makeAsk();
+let isOn = false;
 let known = ""; // number of the forecast that is drawn
 
 function clear(text) {
@@ -15,9 +15,9 @@ function clear(text) {
   write(page.forecastSummary, text);
 }
 
-function turn(vehicle, text = "") {
-  wanted = vehicle;
-  press(toggle, vehicle, "End forecast", "Forecast");
+function turn(on, text = "") {
+  isOn = on;
+  press(toggle, on, "End forecast", "Forecast");
   clear(text);
 }
 
@@ -35,26 +35,24 @@ function show({ tracks, circles, number, summary, age, text }) {
 }
 
 async function look() {
-  const vehicle = wanted;
-  if (!vehicle || document.hidden) return;
-  const answer = await ask("forecast", { vehicle, known });
-  if (vehicle !== wanted) return;
+  const answer = isOn ? await about("forecast", { known }) : null;
+  if (!answer || !isOn) return;
   if (!answer.ok) clear(answer.text);
   else if (answer.on) show(answer);
-  else turn("", answer.text || "ended: unused, or replaced by one of another vehicle");
+  else turn(false, answer.text || "ended: unused, or replaced by one of another vehicle");
 }
 
 // It ends by itself when no page asks for it.
 toggle.onclick = async () => {
-  if (wanted) { turn(""); return; }
   const vehicle = store.chosen;
-  if (!isChosen(vehicle)) return;
-  turn(vehicle, "simulating: it takes some seconds");
+  if (isOn) { turn(false); return; }
+  if (!isChosen()) return;
+  turn(true, "simulating: it takes some seconds");
   const horizon = Number(page.forecastHorizon.value), current = Number(page.forecastCurrent.value);
   const answer = await post("forecast", { vehicle, horizon, current });
-  if (!answer.ok && vehicle === wanted) turn("", answer.text);
+  if (!answer.ok && vehicle === store.chosen) turn(false, answer.text);
 };
 
-const choose = () => { if (wanted && wanted !== store.chosen) turn(""); };
+const choose = () => turn(false);
 repeat(look, () => PERIOD);
 export { choose };

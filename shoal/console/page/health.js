@@ -1,12 +1,11 @@
 // The entities of a vehicle, the worst first, with advice and lines of the log book.
-import { cell, clock, duration, fill, page, row, small, store, write } from "./page.js";
+import { cell, clock, duration, fill, make, page, row, small, store, write } from "./page.js";
 
-const KINDS = { normal: "good", boot: "warn", fault: "warn", error: "bad", failure: "bad" };
 const LINES = 2; // of the log book, for each entity
 
 let shown = null;
 let second = 0;
-let times = []; // of each row: the cell of its duration, and since when
+let times = []; // the cells of the durations; each has `since`
 
 const evidence = (entity) => store.log
   .filter(([, vehicle, , , , label]) => vehicle === store.chosen && label === entity)
@@ -20,12 +19,12 @@ function draw() {
   write(page.healthNote, vehicle && !vehicle.system?.there ? "LOST: this is as it was received last." : "", "bad");
   if (changed) {
     shown = entities;
-    times = entities.map(({ since }) => ({ at: cell("", "whole"), since }));
+    times = entities.map(({ since }) => make("td", "", { className: "whole", since }));
     fill(page.entities, entities.map(({ entity, state, text, advice }, at) => {
       const cause = advice ? [text, small(advice), ...evidence(entity)] : text;
-      return row(entity, cell(state, `whole ${KINDS[state] ?? ""}`), cause, times[at].at);
+      return row(entity, cell(state, `whole ${state}`), cause, times[at]);
     }));
   }
-  for (const { at, since } of times) at.textContent = duration(Math.max(0, store.now - since));
+  for (const each of times) each.textContent = duration(Math.max(0, store.now - each.since));
 }
 export { draw, draw as choose };

@@ -4,7 +4,7 @@ import { MOST as MOST_PLOTS, showLayout, shownLayout } from "./plots.js";
 
 const PLACE = "shoal-layouts";
 const MOST = 50;
-const LONGEST = 60, LONGEST_FIELD = 200; // characters
+const LONGEST = 60; // characters
 const LARGEST = 100000; // bytes of a file
 
 const select = page.layouts;
@@ -14,7 +14,7 @@ function checked(given) {
   for (const [name, layout] of Object.entries(given ?? {}).slice(0, MOST)) {
     const fields = layout?.fields;
     if (!name || name.length > LONGEST || !Array.isArray(fields)) continue;
-    const kept = fields.filter((field) => typeof field === "string" && field.length <= LONGEST_FIELD).slice(0, MOST_PLOTS);
+    const kept = fields.filter((field) => typeof field === "string").slice(0, MOST_PLOTS);
     found[name] = { fields: kept, window: Number.isFinite(layout.window) ? layout.window : 0 };
   }
   return found;

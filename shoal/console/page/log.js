@@ -1,7 +1,6 @@
 // The log books of all vehicles, the newest entry first.
 import { cell, clock, fill, matches, page, row, small, store } from "./page.js";
 
-const KINDS = { warning: "warn", error: "bad", critical: "bad" };
 const MOST = 300; // entries
 
 const filter = page.logFilter, view = page.logView;
@@ -10,7 +9,7 @@ function show() {
   const found = store.log.filter((entry) => matches(filter, ...entry)).slice(-MOST).reverse();
   fill(page.entries, found.map(([time, vehicle, kind, context, text]) =>
     row(cell(clock(time), "whole"),
-      cell([text, small([vehicle, context].filter(Boolean).join(" · "))], KINDS[kind]))));
+      cell([text, small([vehicle, context].filter(Boolean).join(" · "))], kind))));
   dirty = false;
 }
 function draw(frame) {

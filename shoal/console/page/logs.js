@@ -1,5 +1,5 @@
 // The logs of the vehicle, or below a folder: list, files, report.
-import { ask, button, duration, fill, make, matches, page, post, small, write } from "./page.js";
+import { ask, button, duration, fill, make, matches, page, post, postJob, small, write } from "./page.js";
 
 const PATIENCE = 60000; // ms for a list of many logs
 
@@ -36,11 +36,7 @@ function line(log) {
 // Browsers open another page only while they handle a press: hence the link.
 async function makeReport({ key, name }, pressed) {
   tell(`drawing ${name}`);
-  cancel.hidden = false;
-  pressed.disabled = true;
-  const answer = await post("log-report-make", { log: key });
-  pressed.disabled = false;
-  cancel.hidden = true;
+  const answer = await postJob("log-report-make", { log: key }, pressed, cancel);
   if (!answer.ok) { tell(`${name}: ${answer.text}`, "bad"); return; }
   drawn.add(key);
   tell("", "good");

@@ -1,5 +1,5 @@
 // Logs in, receives frames, and draws the views.
-import { ageOf, byName, fill, page, say, STALE, store, write } from "./page.js";
+import { ageOf, byName, fill, openSocket, page, say, STALE, store, write } from "./page.js";
 import * as account from "./account.js";
 import * as alarms from "./alarms.js";
 import * as map from "./map.js";
@@ -18,7 +18,7 @@ let listed = ""; // the options of the list of vehicles
 let side = "health"; // the view beside the map
 
 function connect() {
-  const socket = new WebSocket(`${location.origin.replace("http", "ws")}/frames`);
+  const socket = openSocket("frames");
   store.socket = socket;
   opened = performance.now();
   socket.onopen = sendFields;

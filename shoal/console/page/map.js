@@ -1,21 +1,19 @@
 // On the map: vehicles with heading and uncertainty, tracks colored by depth, plans, tiles.
-import { ask, isOld, make, page, placeOf, store, untilDone, write } from "./page.js";
+import { ask, isOld, make, makeAsk, page, placeOf, store, untilDone, write } from "./page.js";
 import { DEEPEST, L, makeLayer, map } from "./map_layer.js";
 
 const DEPTHS = ["#2b8cbe", "#2ca25f", "#d9a400", "#e6550d", "#a50f15"]; // each 10 m deeper
 const CONTOUR = "#4a7d9c", PLAN = "#7b3294", UNCERTAINTY = "#0b57a4";
 const GRID = { color: "#7d93a3", weight: 0.6 };
-const RETRY = 5000; // ms until contours are asked for again
 const STEP = 10; // m
 const FARTHER = 2; // zoom levels at which tiles are smaller: each needs four times as many
 const GRATICULE = [10, 1, 0.1, 0.01, 0.001].flatMap((each) => [each, each / 2, each / 5]); // degrees
 
-const grid = makeLayer(), contours = makeLayer(), plan = makeLayer();
+const grid = makeLayer(), contours = makeLayer(), plan = makeLayer(), about = makeAsk();
 const shown = new Map(); // vehicle: { marker, circle, lines, track, dropped, count, line, color, run }
 let placed = false;
-let contoured = ""; // the vehicle whose contours are drawn
-let retry = 0;
 let tiled = false;
+let drawContours = null;
 
 function drawGrid() {
   grid.clear();
@@ -95,34 +93,29 @@ const addTiles = untilDone(async () => {
   const [first] = Object.values(layers);
   first?.addTo(map);
   tiled = Boolean(first);
-  drawContours();
   // Open, since the icon of a closed one is not served.
   if (first) L.control.layers({}, layers, { collapsed: false }).addTo(map);
   return sets;
 });
 
 // Contours of the vehicle's bathymetry, where there are no tiles.
-async function drawContours() {
-  const vehicle = store.chosen;
-  if (!vehicle || contoured === vehicle || tiled) return;
-  contoured = vehicle;
-  clearTimeout(retry);
-  const { lines } = await ask("contours", { vehicle });
-  if (vehicle !== store.chosen) return;
-  contours.clear();
-  if (!lines) retry = setTimeout(() => { contoured = ""; drawContours(); }, RETRY);
-  for (const { depth, places } of lines ?? []) contours.line(places, { color: CONTOUR, weight: 1 }, `${depth} m`);
+async function readContours() {
+  const answer = await about("contours");
+  for (const { depth, places } of answer?.lines ?? []) contours.line(places, { color: CONTOUR, weight: 1 }, `${depth} m`);
+  return !answer || answer.lines;
 }
 
 export function draw() {
   if (!map) return;
   addTiles();
+  if (!tiled) drawContours?.();
   drawVehicles();
 }
 
 export function choose() {
   if (!map) return;
-  drawContours();
+  contours.clear();
+  drawContours = untilDone(readContours);
   const here = placeOf(store.vehicle()?.state);
   if (here) map.panTo(here);
 }

@@ -1,5 +1,5 @@
 // On the map: overlays of charts, limits and detections of the chosen vehicle, and distances.
-import { ask, make, page, press, repeat, say, store, untilDone, write } from "./page.js";
+import { ask, make, makeAsk, page, press, repeat, say, store, untilDone, write } from "./page.js";
 import { L, makeLayer, map } from "./map_layer.js";
 
 const SMALL = 1 << 20; // bytes of an overlay that is drawn unasked
@@ -14,6 +14,7 @@ const STYLES = {
 };
 
 const detected = makeLayer(), limits = makeLayer(), ruler = makeLayer();
+const aboutLimits = makeAsk(), aboutObjects = makeAsk();
 let places = []; // of the ruler
 
 const describe = ({ kind, name, depth }) => [kind, name, Number.isFinite(depth) && `${depth} m`].filter(Boolean).join(" · ");
@@ -43,16 +44,8 @@ const addOverlays = untilDone(async () => {
   return true;
 });
 
-// The answer of the chosen vehicle, null if another one is chosen meanwhile.
-async function askChosen(path) {
-  const vehicle = store.chosen;
-  if (!vehicle) return null;
-  const answer = await ask(path, { vehicle });
-  return vehicle === store.chosen ? answer : null;
-}
-
 async function showLimits() {
-  const found = await askChosen("limits");
+  const found = await aboutLimits("limits");
   if (!found?.ok) return;
   limits.clear();
   if (found.area) limits.area(found.area, { color: DANGER, dashArray: "8 6", fill: false });
@@ -60,7 +53,7 @@ async function showLimits() {
 }
 
 async function showDetections() {
-  const found = document.hidden ? null : await askChosen("detections");
+  const found = await aboutObjects("detections");
   if (!found) return;
   detected.clear();
   for (const { label, lat, lon, age } of found.objects ?? []) {

@@ -1,9 +1,23 @@
-// Small tools of the page. Text from the network becomes text, never markup.
-import { store } from "./store.js";
-export * from "./store.js";
-
+// What is known of the vehicles, and small tools of the page. Text from the network becomes text, never markup.
 const PATIENCE = 8000; // ms; an Abort must not wait for one of the six connections of a browser
 const RETRY = 5000; // ms
+
+export const STALE = 3; // s without data
+
+// An object by names of the network, any of which may be `constructor` or `__proto__`: it inherits nothing.
+export const byName = (...from) => Object.assign(Object.create(null), ...from);
+
+// `byUser`: whether the operator, not this page, has chosen the vehicle.
+export const store = {
+  vehicles: byName(), tracks: byName(), log: [], values: byName(), leases: byName(), panelFields: [],
+  now: 0, replay: null, chosen: "", byUser: false, socket: null, drawing: false, measuring: false,
+  vehicle: () => store.vehicles[store.chosen],
+};
+
+// s since a position was received
+export const ageOf = (state) => Number.isFinite(state?.time) ? store.now - state.time : 0;
+export const isOld = ({ system, state }) => !system?.there || ageOf(state) > STALE;
+export const placeOf = (state) => Number.isFinite(state?.lat) && Number.isFinite(state.lon) ? [state.lat, state.lon] : null;
 
 // The elements that have an id: `page.planText` is `plan-text`.
 export const page = new Proxy({}, {
@@ -70,19 +84,31 @@ export function isChosen(vehicle = store.chosen) {
   return Boolean(vehicle);
 }
 
-// Only the latest of several questions gets its answer, the others null; all of them after a call without one.
-export function makeLatest() {
+// Asks about the chosen vehicle. The answer is null if there is none, or another question or vehicle came meanwhile.
+export function makeAsk(send = ask) {
   let latest = 0;
-  return async (question = null) => {
-    const mine = ++latest, answer = await question;
-    return mine === latest ? answer : null;
+  return async (path, words, patience) => {
+    const mine = ++latest, vehicle = store.chosen;
+    const answer = vehicle ? await send(path, { vehicle, ...words }, patience) : null;
+    return mine === latest && vehicle === store.chosen ? answer : null;
   };
 }
 
-// Acts again and again, with `pause()` ms in between, also if the act fails.
+// The answer to an order that takes long: its button rests meanwhile, and another one, which is shown, can cancel it.
+export async function postJob(path, words, pressed, cancel) {
+  const turn = (isBusy) => { pressed.disabled = isBusy; cancel.hidden = !isBusy; };
+  turn(true);
+  const answer = await post(path, words);
+  turn(false);
+  return answer;
+}
+
+export const openSocket = (path) => new WebSocket(`${location.origin.replace("http", "ws")}/${path}`);
+
+// Acts again and again while the page is seen, with `pause()` ms in between, also if the act fails.
 export async function repeat(act, pause) {
   try {
-    await act();
+    if (!document.hidden) await act();
   } catch (error) {
     console.warn(error);
   }

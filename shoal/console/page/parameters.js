@@ -1,18 +1,15 @@
 // The parameters of an entity: read, set one by one, saved, and undone.
-import { ask, button, cell, failed, fill, fillOptions, isChosen, make, makeLatest, order, page, row, say, small, store,
-  write } from "./page.js";
+import { button, cell, failed, fill, fillOptions, isChosen, make, makeAsk, order, page, row, say, small, store, write } from "./page.js";
 
 const PATIENCE = 20000; // ms: a vehicle may give no types
 
-const select = page.entity, latest = makeLatest();
+const select = page.entity, about = makeAsk();
 let owner = ""; // the vehicle whose entities are listed
 
 async function readEntities() {
-  const vehicle = store.chosen;
-  if (!isChosen(vehicle)) return;
-  const answer = await latest(ask("parameters", { vehicle }));
+  const answer = isChosen() ? await about("parameters") : null;
   if (failed(answer)) return;
-  owner = vehicle;
+  owner = store.chosen;
   fillOptions(select, answer.entities);
 }
 
@@ -22,12 +19,12 @@ async function readValues() {
   const vehicle = owner, entity = select.value;
   if (!vehicle || !entity) return;
   write(page.valuesNote, "");
-  const answer = await latest(ask("parameters", { vehicle, entity }));
+  const answer = await about("parameters", { entity });
   if (!answer) return;
   if (failed(answer)) { fill(page.values); return; }
   const lines = new Map(Object.entries(answer.values).map(([name, value]) => [name, line(vehicle, entity, name, value)]));
   fill(page.values, [...lines.values()].map(({ shown }) => shown));
-  const details = await latest(ask("parameter-details", { vehicle, entity }, PATIENCE));
+  const details = await about("parameter-details", { entity }, PATIENCE);
   if (!details) return;
   write(page.valuesNote, details.ok ? details.note : details.text);
   if (!details.ok) return;
@@ -68,7 +65,6 @@ page.valuesSave.onclick = async () => {
   if (owner && entity) await change(owner, entity, "save", { entity }); else say("read an entity first", "warn");
 };
 function forget() {
-  latest();
   owner = "";
   fill(select);
   fill(page.values);

@@ -1,20 +1,21 @@
 // A plan drawn on the map: points, survey areas, loiters and stations.
-import { button, fill, make, makeLatest, page, post, store, write } from "./page.js";
+import { button, fill, make, page, post, store, write } from "./page.js";
 import { makeLayer, map } from "./map_layer.js";
 
 const COLOR = "#c51b7d";
 const CORNERS = { rows: 3 }; // places of a shape; otherwise one
 const HINTS = ["", "Press on the end of the first row.", "Press on the far side of the area."]; // after so many corners
 
-const marks = makeLayer(), track = makeLayer(), latest = makeLatest();
+const marks = makeLayer(), track = makeLayer();
 const kinds = Object.fromEntries([...page.drawKind.options].map(({ value, label }) => [value, label]));
+let asked = 0; // times for a text
 let shapes = [];
 let corners = []; // of a shape that is not finished
 
 // The plan as text, or null with the reason beside the list. Draws its path.
 export async function readText() {
-  const answer = await latest(post("plan-draw", { name: page.drawName.value, shapes }));
-  if (!answer) return null;
+  const mine = ++asked, answer = await post("plan-draw", { name: page.drawName.value, shapes });
+  if (mine !== asked) return null;
   if (!answer.ok) write(page.drawHint, answer.text, "bad");
   track.clear();
   track.line((answer.path ?? []).flatMap(({ places }) => places), { color: COLOR });

@@ -1,48 +1,38 @@
 // The plans of a vehicle: listed, shown, started and stopped; new ones drawn or written.
-import { ask, button, clock, download, failed, fill, isChosen, make, makeLatest, order, page, post, press, say, store,
-  write } from "./page.js";
+import { button, clock, download, failed, fill, isChosen, make, makeAsk, order, page, post, press, say, store, write } from "./page.js";
 import { showPath } from "./map.js";
 import { isEmpty, readText } from "./plan_shapes.js";
 
 let owner = ""; // the vehicle whose plans are listed
 let running = null; // the plan whose path has been asked for
 let stored = null; // what the vehicle has reported last about its plans
-const latest = makeLatest(), text = page.planText;
+const aboutList = makeAsk(), aboutOne = makeAsk(), aboutRunning = makeAsk(), text = page.planText;
 
 async function refresh() {
-  const vehicle = store.chosen;
-  if (!isChosen(vehicle)) return;
-  const answer = await latest(ask("plans", { vehicle }));
+  const answer = isChosen() ? await aboutList("plans") : null;
   if (failed(answer)) return;
-  owner = vehicle;
-  fill(page.plans, answer.plans.map((plan) => line(vehicle, plan.name)));
-}
-
-// The answer about a plan; null if it fails, or another vehicle is chosen meanwhile.
-async function askPlan(path, vehicle, plan) {
-  const answer = await ask(path, { vehicle, plan });
-  return vehicle !== store.chosen || failed(answer) ? null : answer;
+  owner = store.chosen;
+  fill(page.plans, answer.plans.map(({ name }) => line(owner, name)));
 }
 
 function line(vehicle, plan) {
   async function show() {
-    const answer = await askPlan("plans", vehicle, plan);
-    if (answer) showPath(answer.path);
+    const answer = await aboutOne("plans", { plan });
+    if (!failed(answer)) showPath(answer.path);
   }
   const act = (name, after) => async () => { await order(vehicle, name, { plan }); if (vehicle === store.chosen) await after(); };
   async function edit() {
-    const answer = await askPlan("plan-text", vehicle, plan);
-    if (answer) text.value = answer.text;
+    const answer = await aboutOne("plan-text", { plan });
+    if (!failed(answer)) text.value = answer.text;
   }
   return make("li", [make("span", plan), button("Show", show), button("Start", act("start", show)),
     button("Edit", edit), button("Delete", act("delete", refresh))]);
 }
 
 // Whoever has started it: the map keeps its place.
-async function showRunning(vehicle, plan) {
-  if (store.replay) return;
-  const answer = await ask("plans", { vehicle, plan });
-  if (answer.ok && vehicle === store.chosen && plan === running) showPath(answer.path, false);
+async function showRunning() {
+  const answer = store.replay ? null : await aboutRunning("plans", { plan: running });
+  if (answer?.ok) showPath(answer.path, false);
 }
 
 function draw() {
@@ -50,7 +40,7 @@ function draw() {
   if (!plan) return;
   // Somebody has changed a plan, here or in another program.
   if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
-  if (plan.name !== running) { running = plan.name; if (running) showRunning(store.chosen, running); }
+  if (plan.name !== running) { running = plan.name; if (running) showRunning(); }
   const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta).slice(0, 5)} UTC` : "";
   write(page.progress, plan.name ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
     : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`);
@@ -99,7 +89,6 @@ page.planSave.onclick = async () => {
 page.plansRefresh.onclick = refresh;
 for (const name of ["Stop", "Pause", "Resume"]) page[`plan${name}`].onclick = () => order(store.chosen, name.toLowerCase());
 function forget() {
-  latest();
   owner = "";
   stored = running = null;
   fill(page.plans);

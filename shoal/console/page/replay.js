@@ -2,24 +2,23 @@
 import { duration, failed, page, post, press, say, store, utc, write, writeAnswer } from "./page.js";
 
 const form = page.replay, play = page.replayPlay, speed = page.replaySpeed, time = page.replayTime;
-let wanted = null; // the position to ask for next
-let asking = false;
+let wanted = null; // the position to ask for
 let held = false; // the slider is in the user's hand
 
 const control = async (words) => failed(await post("replay", words));
 
 // One question at a time: the latest position waits for the answer before.
 async function seek() {
+  const isAsking = wanted !== null;
   wanted = Number(time.value);
   showClock(wanted);
-  if (asking) return;
-  asking = true;
-  while (wanted !== null) {
-    const position = wanted;
-    wanted = null;
-    await control({ position });
+  if (isAsking) return;
+  let sent = null;
+  while (sent !== wanted) {
+    sent = wanted;
+    await control({ position: sent });
   }
-  asking = false;
+  wanted = null;
 }
 
 function showClock(position) {
@@ -37,7 +36,7 @@ function draw() {
   page.replayNotice.textContent = replay.notice;
   page.replayResume.hidden = !replay.resume;
   time.max = replay.duration;
-  if (held || asking) return;
+  if (held || wanted !== null) return;
   time.value = replay.position;
   showClock(replay.position);
 }

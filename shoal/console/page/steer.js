@@ -1,5 +1,5 @@
 // Steering by keys, pointer and game pad, only while a dead-man switch is held and this page is in front.
-import { isChosen, page, store, write } from "./page.js";
+import { isChosen, openSocket, page, store, write } from "./page.js";
 
 const PERIOD = 200; // ms between two commands
 const DEAD_ZONE = 0.08; // of a stick that nobody touches
@@ -69,7 +69,7 @@ function stop() {
 function start() {
   const vehicle = store.chosen;
   if (!isChosen(vehicle)) return;
-  const opened = new WebSocket(`${location.origin.replace("http", "ws")}/steering`);
+  const opened = openSocket("steering");
   socket = opened;
   tick = null;
   let over = "connection lost: steering has ended";

@@ -49,7 +49,7 @@ def test_pictures_of_a_shipped_vehicle_change_and_are_saved(tmp_path):
         until(lambda: "MUG Detector" in page.text("#cameras svg"), 60.0)
         assert all(150 < place < 360 for place in page.run(CIRCLE))
         page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path / "saved"))
-        page.press("#cameras figcaption button:nth-of-type(2)")
+        page.press("#cameras figcaption a")
         until(lambda: list((tmp_path / "saved").glob("*.jpg")))
         (saved,) = (tmp_path / "saved").iterdir()
         assert saved.name.startswith(f"{NAME}_Fisheye_Camera_20")
