@@ -23,6 +23,11 @@ class OwnedJob:
         self._worker, self._doing = PageJob(module), doing
         self._owner: tuple[User, float] | None = None  # and since when
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a job runs."""
+        return self._owner is not None
+
     async def run(
         self, user: User, job: Mapping[str, Any], on_part: Callable[[dict[str, Any]], object] = lambda _: None
     ) -> dict[str, Any]:

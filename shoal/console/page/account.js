@@ -37,9 +37,10 @@ async function change(words) {
 function draw() {
   const lease = store.leases[store.chosen];
   const mine = Boolean(me && lease?.session === me.session), wanted = mine && lease.asked;
-  const asked = lease?.asked ? `; ${lease.asked} asks for it, ${lease.left} s left` : "";
+  const asked = lease?.asked ? `; ${lease.asked} asks for it` : "";
   const holder = mine ? "you command" : `${lease?.user} commands`;
   write(page.lease, lease ? holder + asked : "nobody commands", wanted ? "warn" : "");
+  write(page.leaseLeft, asked && `${lease.left} s left`);
   const operates = me && me.role !== "watch" && store.chosen;
   take.hidden = !operates || mine || lease?.by === me.session;
   give.hidden = !mine;

@@ -10,7 +10,7 @@ let asking = false;
 const marked = page.camerasMarks, about = makeAsk();
 
 function addFigure(camera) {
-  const image = make("img"), marks = drawing("svg"), name = make("strong"), note = make("output");
+  const image = make("img"), marks = drawing("svg"), name = make("strong"), note = make("span");
   const watch = button("Live", () => { live = live === camera ? "" : camera; mark(); look(); });
   const save = make("a", "Save", { className: "button" });
   const caption = make("figcaption", [name, note, watch, save], { className: "form" });

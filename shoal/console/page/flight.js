@@ -1,5 +1,5 @@
-// A plan flown in virtual time: its track on the map, depth over the bottom, and battery.
-import { color, failed, fill, page, post, postJob, say, store, write, writeAnswer } from "./page.js";
+// A plan flown in virtual time: how far it is, its track on the map, depth over the bottom, and battery.
+import { ask, color, duration, failed, fill, page, post, postJob, repeat, say, store, write, writeAnswer } from "./page.js";
 import { makeLayer } from "./map_layer.js";
 import { makePlot } from "./plots.js";
 
@@ -37,7 +37,7 @@ start.onclick = async () => {
   const vehicle = store.chosen, text = page.planText.value;
   if (!text.trim()) { say("draw a plan and press As text, or write one", "warn"); return; }
   clear();
-  write(page.flyResult, "in flight: it takes some seconds");
+  write(page.flyResult, "in flight");
   const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, cancel);
   if (vehicle !== store.chosen) return;
   writeAnswer(page.flyResult, answer);
@@ -45,6 +45,14 @@ start.onclick = async () => {
   drawMap(answer.rows);
   drawPlots(answer.rows);
 };
+// The console knows how far the flight is while this page waits for its end.
+async function showProgress() {
+  const { seconds, percent } = start.disabled ? await ask("flight") : {};
+  page.flyProgress.hidden = !start.disabled;
+  page.flyProgress.value = percent ?? 0;
+  write(page.flyTime, start.disabled && seconds !== undefined ? `${percent} %, ${duration(seconds)} of the vehicle's time` : "");
+}
+repeat(showProgress, () => 300);
 cancel.onclick = async () => failed(await post("flight-cancel"));
 function choose() {
   clear();

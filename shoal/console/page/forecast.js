@@ -13,6 +13,7 @@ function clear(text) {
   layer.clear();
   known = "";
   write(page.forecastSummary, text);
+  write(page.forecastAge, "");
 }
 
 function turn(on, text = "") {
@@ -22,7 +23,8 @@ function turn(on, text = "") {
 }
 
 function show({ tracks, circles, number, summary, age, text }) {
-  write(page.forecastSummary, (summary ? `${summary} (${duration(age)} old). ` : "") + text);
+  write(page.forecastSummary, (summary ? `${summary}. ` : "") + text);
+  write(page.forecastAge, summary ? `(${duration(age)} old)` : "");
   if (tracks || number === undefined) layer.clear();
   if (!tracks) return;
   known = String(number);

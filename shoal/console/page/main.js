@@ -1,5 +1,5 @@
 // Logs in, receives frames, and draws the views.
-import { ageOf, byName, fill, openSocket, page, say, STALE, store, write } from "./page.js";
+import { ageOf, byName, clock, fill, openSocket, page, say, STALE, store, write } from "./page.js";
 import * as account from "./account.js";
 import * as alarms from "./alarms.js";
 import * as map from "./map.js";
@@ -90,22 +90,28 @@ function choose(name) {
 }
 
 function summarize() {
+  write(page.clock, `${clock(store.now)} UTC`);
   const vehicle = store.vehicle(), { chosen } = store;
   if (!vehicle) {
-    write(page.summary, chosen ? `${labels[chosen]}: LOST` : "no vehicle on the network", chosen ? "bad" : "");
+    const text = chosen ? `${labels[chosen]}: LOST` : "no vehicle on the network";
+    write(page.summary, text, chosen ? "bad" : "");
+    write(page.heard, text);
     return;
   }
-  const { system, state, plan } = vehicle, age = ageOf(state), parts = [plan.mode ?? "mode unknown"];
-  const add = (name, value, digits, unit) => { if (Number.isFinite(value)) parts.push(`${name}${value.toFixed(digits)} ${unit}`); };
-  if (plan.name) parts.push(plan.name + (plan.progress === null ? "" : ` ${plan.progress.toFixed(0)} %`));
-  add("depth ", state.depth, 1, "m");
-  add("", state.speed, 1, "m/s");
-  add("battery ", system.battery, 0, "%");
-  if (plan.motors) parts.push(`motors ${plan.motors}`);
-  if (!system.there) parts.push("LOST");
-  else if (age > STALE) parts.push(`position ${age.toFixed(0)} s old`);
-  if (system.conflict) parts.push(system.conflict);
-  write(page.summary, parts.join(" · "), !system.there || plan.mode === "error" ? "bad" : age > STALE ? "warn" : "");
+  const { system, state, plan } = vehicle, age = ageOf(state);
+  const number = (name, value, digits, unit) => Number.isFinite(value) ? `${name}${value.toFixed(digits)}${unit}` : "";
+  const parts = [ // what is shown, and heard by a screen reader when it changes: no numbers
+    [plan.mode ?? "mode unknown"],
+    [plan.name && plan.name + number(" ", plan.progress, 0, " %"), plan.name],
+    [number("depth ", state.depth, 1, " m"), ""],
+    [number("", state.speed, 1, " m/s"), ""],
+    [number("battery ", system.battery, 0, " %"), ""],
+    [plan.motors && `motors ${plan.motors}`],
+    system.there ? age > STALE ? [number("position ", age, 0, " s old"), "position old"] : [] : ["LOST"],
+    [system.conflict],
+  ];
+  write(page.heard, [labels[chosen], ...parts.map(([shown, heard = shown]) => heard)].filter(Boolean).join(", "));
+  write(page.summary, parts.map(([shown]) => shown).filter(Boolean).join(" · "), !system.there || plan.mode === "error" ? "bad" : age > STALE ? "warn" : "");
 }
 
 function checkAge() {

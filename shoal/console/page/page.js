@@ -42,7 +42,11 @@ export const row = (...cells) => make("tr", cells.map((each) => each.tagName ===
 export const fill = (place, items = []) => place.replaceChildren(...items);
 export const fillOptions = (place, names) => fill(place, names.map((name) => new Option(name)));
 
-export const write = (place, text, kind = "") => Object.assign(place, { textContent: text, className: kind });
+// A text that stays is left alone: a screen reader would read it again.
+export function write(place, text, kind = "") {
+  if (place.textContent !== text) place.textContent = text;
+  place.className = kind;
+}
 
 export const say = (text, kind) => write(page.result, text, kind);
 export const writeAnswer = (place, answer) => write(place, answer.text, answer.ok ? "good" : "bad");
@@ -136,7 +140,7 @@ export async function order(vehicle, name, words = {}) {
   say(told(vehicle, answer), kindOf(answer));
 }
 
-// A vehicle may send any number as time, also one that is no date.
+// ISO 8601. A vehicle may send any number as time, also one that is no date.
 export function utc(time) {
   const date = new Date(Number.isFinite(time) ? time * 1000 : NaN);
   return Number.isNaN(date.getTime()) ? "" : date.toISOString();

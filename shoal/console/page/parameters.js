@@ -42,13 +42,11 @@ function line(vehicle, entity, name, value) {
   const set = button("Set", () => change(vehicle, entity, "set", { entity, parameter: name, value: input.value }));
   const [title, middle, last, place] = [name, input, set, ""].map((each) => cell(each));
   function describe(found) {
-    const isFixed = found.editable === false;
     title.append(...found.notes.map((text) => small(text)));
     middle.append(small(found.unit));
-    input.disabled = set.disabled = isFixed;
-    if (isFixed) last.append(small("only before the start"));
+    input.disabled = set.disabled = found.editable === false;
     place.append(...found.origin.map(([text, kind]) => small(text, kind)));
-    if (found.differs && !isFixed) place.append(button("Value at the start", () => { input.value = found.file; input.focus(); }));
+    if (found.differs && !set.disabled) place.append(button("Value at the start", () => { input.value = found.file; input.focus(); }));
   }
   return { shown: row(title, middle, last, place), describe };
 }

@@ -1,6 +1,7 @@
 // The plans of a vehicle: listed, shown, started and stopped; new ones drawn or written.
 import { button, clock, download, failed, fill, isChosen, make, makeAsk, order, page, post, press, say, store, write } from "./page.js";
 import { showPath } from "./map.js";
+import { confirmed } from "./orders.js";
 import { isEmpty, readText } from "./plan_shapes.js";
 
 let owner = ""; // the vehicle whose plans are listed
@@ -13,6 +14,7 @@ async function refresh() {
   if (failed(answer)) return;
   owner = store.chosen;
   fill(page.plans, answer.plans.map(({ name }) => line(owner, name)));
+  if (!answer.plans.length) write(page.plans, "none is stored: draw one, or open a file");
 }
 
 function line(vehicle, plan) {
@@ -25,8 +27,10 @@ function line(vehicle, plan) {
     const answer = await aboutOne("plan-text", { plan });
     if (!failed(answer)) text.value = answer.text;
   }
+  const remove = button("Delete", null, { className: "twice" });
+  confirmed(remove, () => act("delete", refresh));
   return make("li", [make("span", plan), button("Show", show), button("Start", act("start", show)),
-    button("Edit", edit), button("Delete", act("delete", refresh))]);
+    button("Edit", edit), remove]);
 }
 
 // Whoever has started it: the map keeps its place.

@@ -41,7 +41,7 @@ async function add(field) {
     : traces.has(path) ? `${path} is drawn already`
       : traces.size >= MOST ? `at most ${MOST} fields are drawn: remove one first` : "";
   if (refusal) { say(refusal, "warn"); return; }
-  const unit = fields[name], output = make("output");
+  const unit = fields[name], output = make("span");
   const box = make("div", [button(`Remove ${path}`, () => { drop(path); sendFields(); }), output]);
   page.plots.append(box);
   const series = [{ label: "UTC", value: TIME }, { label: `${path} ${unit && `(${unit})`}`, stroke: color("link"), width: 1.5 }];

@@ -105,18 +105,18 @@ def _notes(described: ParameterDescription, default: str | None) -> list[str]:
     )
     parts.append(f"one of {', '.join(described.choices)}" if described.choices else "")
     parts.append("" if default is None else f"default {default or '(empty)'}")
+    parts.append("" if described.editable is not False else "set only before the start")
     lines = [described.description, "; ".join(filter(None, parts))]
     return [printable(line) for line in lines if line]
 
 
 def _origin(setting: ParameterSetting, saved: str | None, *, differs: bool) -> list[tuple[str, str]]:
-    """Lines on where the value of a parameter at the start comes from, each with its kind: "warn" or ""."""
-    words = f"differs: {setting.text or '(empty)'} {setting.source}" if differs else f"as {setting.source}"
-    lines = [(words, "warn" if differs else "")]
-    if ":" in setting.where:
-        lines.append((setting.where, ""))
+    """Lines on where the value of a parameter comes from, each with its kind: "warn" or ""."""
+    source = f"from {setting.where}" if ":" in setting.where else f"from the {setting.where}"
     if setting.replaced:
-        lines.append((f"instead of {', '.join(setting.replaced)}", ""))
+        source += f", instead of {', '.join(setting.replaced)}"
+    changed = f"set since the start, when it was {setting.text or '(empty)'} {source}"
+    lines = [(changed, "warn") if differs else (source, "")]
     if saved is not None:
         lines.append((f"saved for the next start: {saved}", ""))
     return [(printable(text), kind) for text, kind in lines]

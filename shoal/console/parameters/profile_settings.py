@@ -6,18 +6,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from runtime.profile import Profile, read_sections
-from runtime.vehicle import OptionRow, Vehicle, explain_section
+from runtime.vehicle import Vehicle, explain_section
 from support.diagnostics import ProfileError
 
 
 class ParameterSetting(NamedTuple):
     """A parameter at the start: its text, its default, the place that set it (FILE:LINE, "command line" or "default"),
-    that place in words after a value, and the places whose value it has replaced."""
+    and the places whose value it has replaced."""
 
     text: str
     default: str
     where: str
-    source: str
     replaced: tuple[str, ...]
 
 
@@ -41,7 +40,6 @@ class ProfileSettings:
                         task.parameter_set.text(row.parameter),
                         row.parameter.format(row.parameter.default),
                         row.origin,
-                        _source(row, self._file),
                         tuple(map(str, row.overwritten)),
                     )
                     for row in rows
@@ -64,13 +62,3 @@ class ProfileSettings:
         with suppress(OSError, ProfileError, ValueError):
             return read_sections(self._file).get(section, {})
         return {}
-
-
-def _source(row: OptionRow, saved: Path) -> str:
-    """The place that set an option last, in words after its value."""
-    if not row.origins:
-        return "by default"
-    place = row.origins[0]
-    if not place.line:
-        return f"on the {place.file}"
-    return "saved" if Path(place.file).name == saved.name else "in the file"

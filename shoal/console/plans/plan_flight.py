@@ -3,6 +3,7 @@
 import gc
 import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from autonomy.plans.yaml import PlanFileError, parse_plan
 from imc.coordinates import NOWHERE, absolute_position
 from runtime.profile import Profile, load_profile
 from runtime.vehicle import Vehicle
-from shoal.console.page_job import answer_job
+from shoal.console.page_job import answer_job_in_parts
 from shoal.missions import Mission, Report, prepare
 from support.diagnostics import ProfileError
 from support.wgs84 import offset
@@ -28,6 +29,8 @@ COARSER = {"Simulators.VSIM": "Execution Frequency=50"}
 NEVER = "Enabled=Never"
 
 Row = list[float | None]
+Progress = dict[str, float]
+"""`seconds` of vehicle time since the begin, and `percent` of the plan."""
 
 
 class FlightRecorder:
@@ -56,11 +59,17 @@ class FlightRecorder:
         self.rows.append([number if math.isfinite(number) else None for number in numbers])
 
 
-def fly_plan(text: str, profile: str, place: tuple[float, float] | None = None) -> dict[str, Any]:
+def fly_plan(
+    text: str,
+    profile: str,
+    place: tuple[float, float] | None = None,
+    on_progress: Callable[[Progress], object] = lambda _: None,
+) -> dict[str, Any]:
     """Fly a plan, written as YAML, with the simulated vehicle of a profile, from a place (degrees) if one is given.
 
     The answer has `ok`: whether the plan was completed; `text`: a sentence; `rows`: see `FlightRecorder`, their time
-    since the first maneuver. Raises PlanFileError, ProfileError, WorldError, OSError.
+    since the first maneuver. `on_progress` gets each percentage of the plan.
+    Raises PlanFileError, ProfileError, WorldError, OSError.
     """
     plan = parse_plan(text)
     loaded = load_profile(profile)
@@ -71,12 +80,26 @@ def fly_plan(text: str, profile: str, place: tuple[float, float] | None = None) 
         recorder = FlightRecorder(made.vehicle, seabed)
         gc.freeze()
         gc.set_threshold(GARBAGE)
-        report = Mission(made.vehicle, plan).fly(LONGEST)
+        report = Mission(made.vehicle, plan, watch=_progress_watch(on_progress)).fly(LONGEST)
     began = report.legs[0].began if report.legs else math.inf
     rows = [row for row in recorder.rows if (row[0] or 0.0) >= began]
     for row in rows:
         row[0] = round((row[0] or 0.0) - began, 1)
     return {"ok": report.completed, "text": _describe(plan.plan_id, report, rows), "rows": _thinned(rows)}
+
+
+def _progress_watch(on_progress: Callable[[Progress], object]) -> Callable[[imc.PlanControlState], None]:
+    """A function of the states of a plan that reports each percentage once."""
+    began, latest = math.nan, -1.0
+
+    def watch(state: imc.PlanControlState) -> None:
+        nonlocal began, latest
+        began = state.timestamp if math.isnan(began) else began
+        if (percent := round(state.plan_progress)) > latest:  # -1: unknown
+            latest = percent
+            on_progress({"seconds": round(state.timestamp - began), "percent": percent})
+
+    return watch
 
 
 def flight_overrides(profile: Profile, place: tuple[float, float] | None) -> list[str]:
@@ -111,10 +134,10 @@ def _thinned(rows: list[Row]) -> list[Row]:
     return [*rows[::step], *(rows[-1:] if (len(rows) - 1) % step else [])]
 
 
-def _work(job: dict[str, Any]) -> dict[str, Any]:
+def _work(job: dict[str, Any], on_progress: Callable[[Progress], object]) -> dict[str, Any]:
     place = job.get("place")
-    return fly_plan(job["text"], job["profile"], tuple(place) if place else None)
+    return fly_plan(job["text"], job["profile"], tuple(place) if place else None, on_progress)
 
 
 if __name__ == "__main__":
-    answer_job(_work, "the flight", PlanFileError, ProfileError, WorldError)
+    answer_job_in_parts(_work, "the flight", PlanFileError, ProfileError, WorldError)

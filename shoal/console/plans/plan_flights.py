@@ -31,6 +31,8 @@ class PlanFlights(PagePart):
     def __init__(self, network: Network) -> None:
         self._network = network
         self._worker = OwnedJob(WORKER, "tries a plan in simulation")
+        self._progress: dict[str, Any] = {}  # of the flight that runs
+        self.questions: Mapping[str, Answer] = {"/api/flight": self._watch}
         self.orders: Mapping[str, Answer] = {"/api/flight": self._fly, "/api/flight-cancel": self._cancel}
 
     def close(self) -> None:
@@ -44,12 +46,18 @@ class PlanFlights(PagePart):
             return _refusal(f"a plan as text has at most {LONGEST_PLAN} characters")
         if not isinstance(profile, str) or not PROFILE_NAME.fullmatch(profile):
             return _refusal("name the profile that flies the plan, such as lauv-noptilus-1")
-        place = self._place(name)
+        if not self._worker.is_busy:
+            self._progress = {"seconds": 0, "percent": 0}
+        job = {"text": text, "profile": profile, "place": self._place(name)}
         try:
-            found = await self._worker.run(request.state.user, {"text": text, "profile": profile, "place": place})
+            found = await self._worker.run(request.state.user, job, self._progress.update)
         except PageJobError as error:
             return _refusal(str(error))
         return json_response({**found, "text": printable(str(found["text"]))})
+
+    async def _watch(self, _: Request) -> Response:
+        """How far the flight is; without numbers if there is none."""
+        return json_response({"ok": True, **(self._progress if self._worker.is_busy else {})})
 
     async def _cancel(self, request: Request) -> Response:
         refusal = self._worker.cancel(request.state.user)

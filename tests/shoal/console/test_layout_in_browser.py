@@ -1,5 +1,8 @@
 """The layout of the page, and its first use, in a real browser: nothing is cut, covered or out of order."""
 
+import json
+import time
+
 import pytest
 
 from tests.outside import until
@@ -94,11 +97,78 @@ def test_a_plot_shows_utc_in_any_time_zone(page):
         page.run(point)
         return page.text(legend)
 
+    until(lambda: page.run("document.querySelectorAll('#plots .u-over').length"), PATIENCE)
     until(lambda: ":" in shown(), PATIENCE, told=shown)
     hour = int(page.run(f"(async () => {now})()"))
     assert shown().startswith("UTC")
     assert int(shown().removeprefix("UTC").partition(":")[0]) in ((hour - 1) % 24, hour)
     page.call("Emulation.setTimezoneOverride", timezoneId="")
+
+
+PLACES = (
+    "['hold', 'surface', 'abort'].map((name) => JSON.stringify(document.getElementById(name).getBoundingClientRect()))"
+)
+
+
+def after_frame(page, script: str, **words: object):
+    """The value of a script while a frame is shown that the console has not sent."""
+    frame = {"now": time.time(), "values": {}, "vehicles": {}, "gone": [], "log": [], **words}
+    text = json.dumps(json.dumps(frame))
+    return page.run(f"import('/files/main.js').then((page) => {{ page.receive({text}); return {script}; }})")
+
+
+@pytest.mark.parametrize("width", [1280, 360])
+def test_orders_stay_in_their_place_whatever_is_shown(page, width):
+    page.set_size(width, 800)
+    view(page, "map")
+    before, another = page.run(PLACES), "another with a long name " * 4
+    long = fake_vehicle(NAME)
+    long["plan"] |= {"mode": "maneuver", "name": "a survey of the harbor " * 9, "progress": 50, "motors": "turning"}
+    long["system"]["conflict"] = "another system has the same name and the same id: " * 4
+    entity = {"entity": "GPS", "state": "failure", "text": "no data " * 40, "advice": "", "since": time.time()}
+    failing = {**long, "health": {"entities": [entity]}}
+    lease = {NAME: {"session": "x", "user": "somebody else", "asked": "a third one", "left": 20, "by": "y"}}
+    for words in ({"vehicles": {NAME: long}}, {"vehicles": {NAME: failing}}, {"leases": lease}):
+        assert after_frame(page, PLACES, **words) == before
+    assert "no data" in page.text("#alarm-list")
+    assert after_frame(page, PLACES, vehicles={another: fake_vehicle("x" * 60)}) == before
+    for name in ("hold", "surface", "abort"):
+        page.press(f"#{name}")
+        assert page.text(f"#{name}").endswith(": press again")
+        assert page.run(PLACES) == before
+        assert (
+            page.run(
+                f"(() => {{ const {{ scrollHeight, clientHeight }} = document.getElementById('{name}');"
+                " return scrollHeight - clientHeight; })()"
+            )
+            <= 0
+        )
+    page.press("#alarms-acknowledge")
+    give_frame(page, gone=[another])
+    page.press("#alarms-acknowledge")
+    until(lambda: page.text("#abort") == "Abort")
+    page.set_size(1280, 800)
+
+
+def test_a_screen_reader_gets_changes_of_state_and_no_numbers(page):
+    def heard(**state: object) -> str:
+        return after_frame(
+            page, "document.getElementById('heard').textContent", vehicles={NAME: fake_vehicle(NAME, **state)}
+        )
+
+    assert [heard(depth=depth, speed=depth) for depth in (1.0, 2.0)] == [f"{NAME}, service"] * 2
+    assert heard(time=time.time() - 60.0) == f"{NAME}, service, position old"
+    often = ("#summary", "#replay-clock", "#rates-note", "#lease-left", "#forecast-age", "#fly-time")
+    assert [
+        page.run(f"document.querySelector('{each}:is(span):not([role], [aria-live])') !== null") for each in often
+    ] == [True] * len(often)
+
+
+def test_times_are_in_utc_and_say_so(page):
+    page.call("Emulation.setTimezoneOverride", timezoneId="Asia/Tokyo")
+    found = after_frame(page, "document.getElementById('clock').textContent", now=3600.0 * 10 + 61)
+    page.call("Emulation.setTimezoneOverride", timezoneId="")
+    assert found == "10:01:01 UTC"
 
 
 @pytest.mark.parametrize("width", [1280, 360])

@@ -36,14 +36,14 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> ProfileSettings:
 @pytest.mark.parametrize(
     ("name", "value", "lines"),
     [
-        ("Debug Level", "None", ["as by default"]),
-        ("Debug Level", "Spew", ["differs: None by default"]),
-        ("Entity Label", ENTITY, ["as in the file", "auv/simulation.ini:"]),
-        ("Entity Label", "Other", [f"differs: {ENTITY} in the file", "auv/simulation.ini:"]),
-        ("Standard Deviation", "0.02", ["as on the command line"]),
-        ("Standard Deviation", "0.03", ["differs: 0.02 on the command line"]),
-        ("Execution Frequency", "7", ["as saved", "lauv-noptilus-1-saved.ini:2", "saved for the next start: 7"]),
-        ("Execution Frequency", "8", ["differs: 7.0 saved", "-saved.ini:2", "saved for the next start: 7"]),
+        ("Debug Level", "None", ["from the default"]),
+        ("Debug Level", "Spew", ["set since the start, when it was None from the default"]),
+        ("Entity Label", ENTITY, ["auv/simulation.ini:"]),
+        ("Entity Label", "Other", [f"set since the start, when it was {ENTITY} from "]),
+        ("Standard Deviation", "0.02", ["from the command line"]),
+        ("Standard Deviation", "0.03", ["set since the start, when it was 0.02 from the command line"]),
+        ("Execution Frequency", "7", ["lauv-noptilus-1-saved.ini:2", "saved for the next start: 7"]),
+        ("Execution Frequency", "8", ["set since the start, when it was 7.0 from ", "saved for the next start: 7"]),
     ],
 )
 def test_a_parameter_shows_what_set_it_and_whether_it_differs(settings, monkeypatch, name, value, lines):
@@ -53,6 +53,6 @@ def test_a_parameter_shows_what_set_it_and_whether_it_differs(settings, monkeypa
     monkeypatch.setattr("shoal.console.parameters.parameter_routes.describe_parameters", describe)
     request = Request({"type": "http", "query_string": b"vehicle=lauv-noptilus-1&entity=Depth+Sensor"})
     answer = json.loads(asyncio.run(ParameterRoutes(lambda _: Vehicle(), settings).details(request)).body)
-    shown = [text for text, _ in answer["values"][name]["origin"] if not text.startswith("instead of")]
+    shown = [text for text, _ in answer["values"][name]["origin"]]
     assert len(shown) == len(lines), shown
     assert all(expected in text for expected, text in zip(lines, shown, strict=True)), shown
