@@ -1,7 +1,7 @@
 // What has become worse: shown until it is acknowledged, and heard if Sound is on.
 import { byName, clock, fill, make, page, press, store } from "./page.js";
 
-const RANKS = { normal: 0, boot: 0, fault: 1, error: 2, failure: 3 };
+const RANKS = { fault: 1, error: 2, failure: 3 };
 const TONES = [440, 440, 660, 880]; // Hz, by rank
 const BEEPS = [0, 0.25, 0.5], LENGTH = 0.15; // s
 const PAUSE = 1000; // ms between two alarms that are heard

@@ -5,7 +5,7 @@ import { makePlot } from "./plots.js";
 
 const OPTIONS = { height: 140, scales: { x: { time: false } } };
 
-const start = page.planFly, cancel = page.flyCancel, profile = page.flyProfile;
+const start = page.planFly, profile = page.flyProfile;
 const layer = makeLayer();
 let plots = [];
 
@@ -38,22 +38,20 @@ start.onclick = async () => {
   if (!text.trim()) { say("draw a plan and press As text, or write one", "warn"); return; }
   clear();
   write(page.flyResult, "in flight");
-  const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, cancel);
+  const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, page.flyRunning);
   if (vehicle !== store.chosen) return;
   writeAnswer(page.flyResult, answer);
   if (!answer.rows?.length) return;
   drawMap(answer.rows);
   drawPlots(answer.rows);
 };
-// The console knows how far the flight is while this page waits for its end.
 async function showProgress() {
-  const { seconds, percent } = start.disabled ? await ask("flight") : {};
-  page.flyProgress.hidden = !start.disabled;
-  page.flyProgress.value = percent ?? 0;
-  write(page.flyTime, start.disabled && seconds !== undefined ? `${percent} %, ${duration(seconds)} of the vehicle's time` : "");
+  const { seconds = 0, percent = 0 } = start.disabled ? await ask("flight") : {};
+  page.flyProgress.value = percent;
+  write(page.flyTime, `${percent} %, ${duration(seconds)} of the vehicle's time`);
 }
 repeat(showProgress, () => 300);
-cancel.onclick = async () => failed(await post("flight-cancel"));
+page.flyCancel.onclick = async () => failed(await post("flight-cancel"));
 function choose() {
   clear();
   profile.placeholder = store.chosen;

@@ -2,7 +2,6 @@
 import { ageOf, byName, clock, fill, openSocket, page, say, STALE, store, write } from "./page.js";
 import * as account from "./account.js";
 import * as alarms from "./alarms.js";
-import * as map from "./map.js";
 import { sendFields } from "./plots.js";
 import { extendTrack, tracksOf } from "./tracks.js";
 
@@ -111,7 +110,8 @@ function summarize() {
     [system.conflict],
   ];
   write(page.heard, [labels[chosen], ...parts.map(([shown, heard = shown]) => heard)].filter(Boolean).join(", "));
-  write(page.summary, parts.map(([shown]) => shown).filter(Boolean).join(" · "), !system.there || plan.mode === "error" ? "bad" : age > STALE ? "warn" : "");
+  const kind = !system.there || plan.mode === "error" ? "bad" : age > STALE ? "warn" : "";
+  write(page.summary, parts.map(([shown]) => shown).filter(Boolean).join(" · "), kind);
 }
 
 function checkAge() {
@@ -133,7 +133,6 @@ function show(view) {
   side = view === "map" ? "health" : view;
   for (const section of document.querySelectorAll("main > section:not([data-wide])")) section.hidden = section.id !== `${side}-view`;
   views[side].open?.();
-  map.resize();
 }
 
 for (const tab of tabs) tab.onclick = () => show(tab.dataset.view);

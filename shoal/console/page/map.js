@@ -120,11 +120,10 @@ export function choose() {
   if (here) map.panTo(here);
 }
 
-export const resize = () => map?.invalidateSize();
-
 if (map) {
   L.control.scale({ imperial: false }).addTo(map);
   drawGrid();
+  new ResizeObserver(() => map.invalidateSize()).observe(page.map); // also when texts above it need another line
   map.on("moveend zoomend", drawGrid);
   map.on("mousemove", ({ latlng }) => {
     const { lat, lng } = latlng, here = placeOf(store.vehicle()?.state);

@@ -3,12 +3,17 @@ import { isChosen, kindOf, order, page, post, say, store, told } from "./page.js
 
 const CONFIRM = 3000; // ms
 
-const disarms = ["hold", "surface", "abort"].map((name) => confirmed(page[name], () => {
-  const vehicle = store.chosen; // the second press confirms the order to this vehicle, to no other
-  return isChosen(vehicle) && (() => order(vehicle, name));
-}));
-disarms.push(confirmed(page.abortAll, () => abortAll));
-export function choose() { for (const disarm of disarms) disarm(); }
+const armed = new Set(); // what disarms the buttons that are pressed once
+
+for (const name of ["hold", "surface", "abort"]) {
+  confirmed(page[name], () => {
+    const vehicle = store.chosen;
+    return isChosen(vehicle) && (() => order(vehicle, name));
+  });
+}
+confirmed(page.abortAll, () => abortAll);
+// The second press confirms an order to the vehicle of the first one, to no other.
+export function choose() { for (const disarm of armed) disarm(); }
 
 // One request, so that no vehicle waits for a connection of the browser.
 async function abortAll() {
@@ -20,13 +25,14 @@ async function abortAll() {
   say(answers.map((each) => told(each.vehicle, each)).join(" | "), worst);
 }
 
-// `begin` gives what a second press does, or nothing. Returns how to disarm the button.
+// `begin` gives what a second press does, or nothing.
 export function confirmed(pressed, begin) {
   const label = pressed.textContent;
   let timer = 0;
   let act = null;
   function disarm() {
     clearTimeout(timer);
+    armed.delete(disarm);
     act = null;
     pressed.textContent = label;
     pressed.classList.remove("armed");
@@ -39,7 +45,7 @@ export function confirmed(pressed, begin) {
     if (!act) return;
     pressed.textContent = `${label}: press again`;
     pressed.classList.add("armed");
+    armed.add(disarm);
     timer = setTimeout(disarm, CONFIRM);
   };
-  return disarm;
 }

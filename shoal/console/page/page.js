@@ -98,9 +98,9 @@ export function makeAsk(send = ask) {
   };
 }
 
-// The answer to an order that takes long: its button rests meanwhile, and another one, which is shown, can cancel it.
-export async function postJob(path, words, pressed, cancel) {
-  const turn = (isBusy) => { pressed.disabled = isBusy; cancel.hidden = !isBusy; };
+// The answer to an order that takes long: its button rests meanwhile, and what is shown can cancel it.
+export async function postJob(path, words, pressed, shown) {
+  const turn = (isBusy) => { pressed.disabled = isBusy; shown.hidden = !isBusy; };
   turn(true);
   const answer = await post(path, words);
   turn(false);

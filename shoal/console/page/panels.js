@@ -8,12 +8,10 @@ const OLD = 5000; // ms without a newer value
 const tab = (name) => document.querySelector(`[data-view=${name}]`);
 let panels = null; // null: not known yet
 let cells = []; // of the values that are shown: { path, digits, unit, shown, time, seen }
-let disarms = [];
 
 function build() {
   const vehicle = store.chosen, mine = (panels ?? []).filter((panel) => !panel.vehicle || panel.vehicle === vehicle);
-  for (const disarm of disarms) disarm();
-  [disarms, cells] = [[], []];
+  cells = [];
   tab("panels").hidden = !mine.length;
   fill(page.panelsView, mine.flatMap((panel) => parts(vehicle, panel)));
   store.panelFields = cells.map(({ path }) => path);
@@ -28,7 +26,7 @@ function parts(vehicle, { title, values, plots, buttons }) {
   });
   const line = buttons.map(({ label, order: name }) => {
     const pressed = button(label);
-    disarms.push(confirmed(pressed, () => () => order(vehicle, name, { panel: title, button: label })));
+    confirmed(pressed, () => () => order(vehicle, name, { panel: title, button: label }));
     return pressed;
   });
   const made = [make("h2", title), make("table", rows), make("p", line, { className: "form panel-buttons" })];

@@ -1,6 +1,7 @@
 """A log, and a plan that is flown before it is stored, on the page in a real browser."""
 
 import json
+import re
 
 import pytest
 
@@ -58,7 +59,21 @@ def test_a_plan_is_flown_before_it_is_stored(tmp_path):
         set_value(page, "plan-text", PLAN)
         page.press("#plan-fly")
         until(lambda: "near: plan completed" in page.text("#fly-result"), FLOWN, told=lambda: page.text("#fly-result"))
+        assert page.run("document.getElementById('fly-running').hidden")
         assert page.run("document.querySelectorAll('#fly-plots canvas').length") == 2
         page.press("#plan-put")
         until(lambda: "near is stored" in page.text("#result"), told=lambda: page.text("#result"))
+        set_value(page, "plan-text", PLAN.replace("8.7059", "8.8000"))
+        page.press("#plan-fly")
+        until(lambda: re.fullmatch(r"[1-9]\d* %, \d\d:\d\d:\d\d of the vehicle's time", page.text("#fly-time")), FLOWN)
+        assert page.run("document.getElementById('fly-progress').value") > 0
+        page.press("#fly-cancel")
+        until(lambda: page.text("#fly-result") == "cancelled", told=lambda: page.text("#fly-result"))
+        assert page.run("document.getElementById('fly-running').hidden")
+        delete = "#plans li:has(span) .twice"
+        page.press(delete)
+        assert page.text(delete) == "Delete: press again"
+        assert "near" in page.text("#plans")
+        page.press(delete)
+        until(lambda: "near" not in page.text("#plans"), told=lambda: page.text("#result"))
         assert page.errors == []

@@ -100,7 +100,7 @@ def test_a_flight_ends_with_a_console_that_is_killed(tmp_path):
     until(lambda: not own & worker_ids(), 10.0)
 
 
-def test_the_page_asks_for_a_flight_and_stays_quick():
+def test_the_page_asks_for_a_flight_sees_how_far_it_is_and_stays_quick():
     with operator_page() as page:
         page.log_in()
         names = [("../etc/x", "name the profile"), ("", "name the profile")]
@@ -110,12 +110,17 @@ def test_the_page_asks_for_a_flight_and_stays_quick():
         with ThreadPoolExecutor(1) as pool:
             job = {"text": SHORT, "profile": NAME, "vehicle": NAME}
             flight = pool.submit(page.request, "POST", "/api/flight", job)
+            percents = []
             while not flight.done():
+                percents.append(page.get("/api/flight").get("percent", 0))
                 began = time.monotonic()
                 assert page.request("GET", "/healthz")[0] == 200
                 assert time.monotonic() - began < 1.0
                 time.sleep(0.1)
         assert json.loads(flight.result()[1])["ok"], flight.result()
+        assert percents == sorted(percents)
+        assert max(percents) > 0
+        assert page.get("/api/flight") == {"ok": True}
 
 
 def test_another_user_is_refused_with_the_name_of_who_flies(tmp_path):
