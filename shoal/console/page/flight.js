@@ -35,7 +35,7 @@ function drawPlots(rows) {
 
 start.onclick = async () => {
   const vehicle = store.chosen, text = page.planText.value;
-  if (!text.trim()) { say("draw a plan and press As text, or write one", "warn"); return; }
+  if (!text.trim()) { say("draw a plan first, or write one", "warn"); return; }
   clear();
   write(page.flyResult, "in flight");
   const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, page.flyRunning);

@@ -8,18 +8,23 @@ const HINTS = ["", "Press on the end of the first row.", "Press on the far side 
 
 const marks = makeLayer(), track = makeLayer();
 const kinds = Object.fromEntries([...page.drawKind.options].map(({ value, label }) => [value, label]));
+const text = page.planText;
 let asked = 0; // times for a text
+let written = ""; // the latest text of what is drawn
 let shapes = [];
 let corners = []; // of a shape that is not finished
 
-// The plan as text, or null with the reason beside the list. Draws its path.
-export async function readText() {
+// The plan as text, or null with the reason beside the list. Draws its path, and shows the text where nobody has
+// written another one, or if it `replaces` that.
+export async function readText(replaces = true) {
   const mine = ++asked, answer = await post("plan-draw", { name: page.drawName.value, shapes });
   if (mine !== asked) return null;
   if (!answer.ok) write(page.drawHint, answer.text, "bad");
   track.clear();
   track.line((answer.path ?? []).flatMap(({ places }) => places), { color: COLOR });
-  return answer.ok && answer.text || null;
+  if (!answer.ok || !answer.text) return null;
+  if (replaces || ["", written].includes(text.value)) text.value = written = answer.text;
+  return answer.text;
 }
 
 function drawMarks() {
@@ -32,7 +37,7 @@ function drawMarks() {
 
 function line(shape, at) {
   const field = (name, label, step) => {
-    const onchange = ({ target }) => { shape[name] = Number(target.value); readText(); };
+    const onchange = ({ target }) => { shape[name] = Number(target.value); readText(false); };
     return make("label", [`${label} `, make("input", "", { type: "number", step, value: shape[name], onchange })]);
   };
   return make("li", [make("span", `${at + 1} ${kinds[shape.kind]}`), field("z", `${shape.reference} (m)`, 0.5),
@@ -45,7 +50,7 @@ function change(made) {
   fill(page.drawnList, shapes.map(line));
   write(page.drawHint, "");
   drawMarks();
-  readText();
+  readText(false);
 }
 
 function addPlace({ lat, lng }) {

@@ -61,17 +61,11 @@ page.drawToggle.onclick = ({ target }) => {
   store.drawing = !store.drawing;
   press(target, store.drawing, "Drawing", "Draw");
 };
-// Whether what is drawn is a plan, which is shown as text.
-async function showDrawn() {
-  const drawn = await readText();
-  if (drawn) text.value = drawn;
-  return drawn;
-}
-page.drawText.onclick = showDrawn;
+page.drawText.onclick = () => readText();
 page.drawPut.onclick = async () => {
   const vehicle = store.chosen;
   if (isEmpty()) say("press on the map to add points first", "warn");
-  else if (await showDrawn()) await put(vehicle);
+  else if (await readText()) await put(vehicle);
 };
 page.planPut.onclick = () => put(store.chosen);
 page.planFile.onchange = async ({ target }) => {

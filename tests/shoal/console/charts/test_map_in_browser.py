@@ -84,9 +84,13 @@ def test_shapes_have_their_own_depth_altitude_and_speed(page):
     view(page, "plans")
     page.press("#draw-toggle")
     page.press_at(300, 300)
+    text = "document.getElementById('plan-text').value"
+    until(lambda: "goto" in page.run(text))  # as long as nobody has written another one
+    page.run(f"{text} = 'written'")
     choose_kind(page, "rows")
     for x, y in ((300, 500), (500, 500), (500, 400)):
         page.press_at(x, y)
+    assert page.run(text) == "written"
     page.run("document.getElementById('draw-reference').value = 'altitude'")
     choose_kind(page, "loiter")
     page.press_at(400, 300)
