@@ -19,36 +19,22 @@ from dataclasses import dataclass, field
 from itertools import count, islice
 from pathlib import Path
 
+from random_missions import AUV, PROFILES, Mission, draw, draw_profile
+
 import imc
 from runtime.fault_injection import Biased, Crash, Fault, FaultInjector, PublishInterceptor, Silent, Stuck
 from shoal.missions import prepare
-from support.wgs84 import displace, displacement
+from support.wgs84 import displacement
 from world import read_world
 from world.sea import Bathymetry
 
 CCU = 0x4001
-READY, FAULTS, HOME = 15.0, 90.0, 120.0  # s: start of the plan, then the faults, then the time to come home
+READY, HOME = 15.0, 120.0  # s: start of the plan, and the time to come home after the faults
 LIMIT, MARGIN = 50.0, 5.0  # m: maximum depth of the profile, and how far below it the vehicle may get
 TOUCH, SURFACE, NEAR = 0.2, 0.5, 2.0  # m
 RISING = 0.3  # m in 10 s
 DRIFTING = 0.4  # m/s through the water
-LIGHT = ["Transports.MAVLink:Enabled=Never"]
-AUV = "lauv-noptilus-1"
-PROFILES = (AUV,) * 7 + ("otter", "caravel", "hexa-00")
-SENSORS = ("Simulators.DepthSensor", "Simulators.GPS", "Simulators.IMU", "Simulators.DVL", "Simulators.Environment",
-           "Simulators.Motor", "Simulators.Servos", "Simulators.Barometer")  # fmt: skip
 MEASURED = ("value", "lat", "lon", "height", "x", "y", "z", "phi", "theta", "psi")
-START = math.radians(41.185), math.radians(-8.7062)
-
-
-@dataclass
-class Mission:
-    """A profile with overrides, its plan, and the faults: s after the start of the plan, what, and to which task."""
-
-    profile: str
-    overrides: list[str]
-    plan: imc.PlanSpecification
-    faults: list[tuple[float, str, str]]
 
 
 @dataclass
@@ -62,87 +48,6 @@ class Flight:
     log: list[str] = field(default_factory=list[str])
 
 
-def draw_profile(pick: random.Random) -> str:
-    """The profile of a mission, the first that is drawn."""
-    return pick.choice(PROFILES)
-
-
-def draw(seed: int) -> Mission:
-    """The mission of a seed."""
-    pick = random.Random(seed)
-    profile = draw_profile(pick)
-    overrides = list(LIGHT)
-    if profile == AUV:
-        overrides.append("Simulators.MUGDetectionCamera:Enabled=Never")
-    if profile != "hexa-00":
-        for name in ("North", "East"):
-            overrides.append(f"Simulators.StreamVelocity:Default Speed {name}={pick.choice((-0.4, 0.0, 0.0, 0.3))}")
-    water = pick.choice((4.0, 8.0, 15.0, 30.0, 120.0)) if profile == AUV else 4.0
-    if water != 4.0:
-        overrides += ["Bathymetry:Data=", f"World:Out Of Bounds Depth={water}"]
-    maneuvers = [_maneuver(pick, profile, water) for _ in range(pick.choice((1, 2, 3)))]
-    if profile == "hexa-00":
-        maneuvers.insert(0, imc.Takeoff(lat=START[0], lon=START[1], z=15.0, z_units=imc.ZUnits.ALTITUDE, speed=3.0))
-    faults: list[tuple[float, str, str]] = []
-    names = tasks_of(profile)
-    for _ in range(pick.choice((1, 1, 2))):
-        kind = pick.choice(("mute", "mute", "disconnect", "fail", "stuck", "spike", "nan", "jump", "abort", "flat"))
-        lies = kind in ("stuck", "spike", "nan", "jump")
-        near = [name for name in names if not lies or name.split("/")[0] in SENSORS]
-        faults.append((pick.uniform(5.0, FAULTS), kind, "Simulators.GPS" if kind == "jump" else pick.choice(near)))
-    return Mission(profile, overrides, _plan(maneuvers), sorted(faults))
-
-
-def tasks_of(profile: str) -> list[str]:
-    """The tasks of a profile's simulation."""
-    with tempfile.TemporaryDirectory() as folder:
-        vehicle = prepare(profile, overrides=LIGHT, state_folder=Path(folder), log_root=Path(folder)).vehicle
-        names = [task.name for task in vehicle.tasks]
-        vehicle.close()
-    return [name for name in names if name not in ("Simulators.VSIM", "Simulators.UAV")]
-
-
-def _maneuver(pick: random.Random, profile: str, water: float) -> imc.Message:
-    lat, lon, _ = displace(*START, 0.0, pick.uniform(-60.0, 60.0), pick.uniform(-60.0, 60.0))
-    z, units, speed = 0.0, imc.ZUnits.DEPTH, 1.2
-    if profile == AUV:
-        z = pick.choice((0.0, 2.0, 0.5 * water, min(water + 5.0, 20.0), 10.0))
-        if pick.random() < 0.2:
-            z, units = pick.choice((2.0, 3.0, 6.0)), imc.ZUnits.ALTITUDE
-    elif profile == "hexa-00":
-        z, units, speed = pick.choice((5.0, 15.0, 30.0)), imc.ZUnits.ALTITUDE, pick.choice((3.0, 8.0))
-    at = {"lat": lat, "lon": lon, "z": z, "z_units": units, "speed": speed}
-    kinds = ["goto", "goto", "keep", "loiter"]
-    if profile == AUV:
-        kinds += ["yoyo", "yoyo", "popup", "rows", "path"]
-    match pick.choice(kinds):
-        case "keep":
-            return imc.StationKeeping(**at, radius=15.0, duration=pick.choice((30, 60)))
-        case "loiter":
-            return imc.Loiter(**at, type=imc.Loiter.Type.CIRCULAR, radius=15.0, duration=40)
-        case "yoyo":
-            steep = math.radians(pick.choice((10.0, 15.0, 25.0)))
-            return imc.YoYo(**{**at, "z": max(z, 2.0)}, amplitude=pick.choice((1.0, 2.0, 0.8 * z)), pitch=steep)
-        case "popup":
-            return imc.PopUp(**at, radius=15.0, duration=10, flags=imc.PopUp.Flags.CURR_POS)
-        case "rows":
-            return imc.Rows(**at, width=60.0, length=60.0, hstep=20.0, coff=10, alternation=100)
-        case "path":
-            points = tuple(imc.PathPoint(x=pick.uniform(-40, 40), y=pick.uniform(-40, 40)) for _ in range(3))
-            return imc.FollowPath(**at, points=points)
-        case _:
-            return imc.Goto(**at)
-
-
-def _plan(maneuvers: list[imc.Message]) -> imc.PlanSpecification:
-    steps = tuple(imc.PlanManeuver(maneuver_id=f"m{i}", data=item) for i, item in enumerate(maneuvers))
-    arrows = tuple(
-        imc.PlanTransition(source_man=f"m{i}", dest_man=f"m{i + 1}", conditions="ManeuverIsDone")
-        for i in range(len(maneuvers) - 1)
-    )
-    return imc.PlanSpecification(plan_id="random", start_man_id="m0", maneuvers=steps, transitions=arrows)
-
-
 class Judge:
     """Watches the true vehicle, and the reports of the vehicle."""
 
@@ -153,7 +58,7 @@ class Judge:
         self._executing, self._ended = False, -math.inf
         self._depths: deque[float] = deque([math.inf], 1000)
         vehicle.observe(imc.SimulatedState, self._measure)
-        vehicle.observe(imc.EstimatedState, self._believe)
+        vehicle.observe(imc.EstimatedState, self._store_estimate)
         vehicle.observe(imc.PlanControlState, self._follow)
         vehicle.observe(
             imc.LogBookEntry, lambda entry: flight.log.append(f"{entry.htime:.1f} {entry.context}: {entry.text}")
@@ -171,7 +76,7 @@ class Judge:
             if truth.z > LIMIT + MARGIN:
                 self._violate("below the maximum depth")
 
-    def _believe(self, state: imc.EstimatedState) -> None:
+    def _store_estimate(self, state: imc.EstimatedState) -> None:
         self._estimate = state
 
     def _follow(self, state: imc.PlanControlState) -> None:
@@ -184,13 +89,13 @@ class Judge:
     @property
     def grace(self) -> float:
         """Time (s) that it may still take, because its plan continued after the fault, or does so at a wrong depth."""
-        if self._truth is None or (self._executing and self._knows):
+        if self._truth is None or (self._executing and self._is_located):
             return 0.0
         return HOME if self._executing else self._ended + HOME - self._truth.timestamp
 
     @property
-    def _knows(self) -> bool:
-        """Whether the vehicle knows its depth."""
+    def _is_located(self) -> bool:
+        """Whether the estimated depth is near the true one."""
         truth, estimate = self._truth, self._estimate
         return truth is not None and estimate is not None and abs(truth.z - estimate.z) < NEAR
 
@@ -204,7 +109,7 @@ class Judge:
         truth = self._truth
         if truth is None:
             return
-        if self._executing and self._knows:
+        if self._executing and self._is_located:
             self._flight.outcome = "on its plan"
         elif self._flight.mission.profile == AUV and truth.z > SURFACE and not self._rises:
             self._violate(f"still {truth.z:.0f} m deep")
@@ -229,13 +134,13 @@ class Wrong(Fault):
         return f"{self.value:g}"
 
     def begin(self, source: PublishInterceptor, number: int) -> Callable[[imc.Message], imc.Message]:
-        told: set[object] = set()
+        changed: set[object] = set()
 
         def lie(message: imc.Message) -> imc.Message:
             found = [name for name in MEASURED if isinstance(getattr(message, name, None), float)]
-            if not found or (self.once and source.sensor_key(message) in told):
+            if not found or (self.once and source.sensor_key(message) in changed):
                 return message
-            told.add(source.sensor_key(message))
+            changed.add(source.sensor_key(message))
             return message.replace(**{found[0]: min(self.value, 1.5) if "lat" in found else self.value})
 
         return lie

@@ -15,8 +15,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import campaign
-from campaign import AUV, READY, Flight, fly_all, fly_mission
+import random_missions
+from campaign import READY, Flight, fly_all, fly_mission
+from random_missions import AUV
 
 import imc
 from runtime.fault_injection import Biased, Fault, FaultInjector, PublishInterceptor
@@ -130,7 +131,7 @@ def make_fault(pick: random.Random, kind: str, names: list[str]) -> tuple[str, F
 def fly(seed: int) -> Flight:
     """Fly the mission of a seed."""
     pick = random.Random(f"pairs {seed}")
-    flight = Flight(seed, campaign.draw(seed))
+    flight = Flight(seed, random_missions.draw(seed))
     mission = flight.mission
     kinds = [kind for kind in KINDS if mission.profile == AUV or kind not in ("weight", "jam")]
     kinds += ["weight"] if mission.profile == "hexa-00" else []

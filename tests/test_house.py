@@ -142,6 +142,12 @@ def test_documents_import_from_faces():
     assert not wrong
 
 
+def test_no_file_is_longer_than_a_reader_understands_in_one_sitting():
+    written = [*SOURCES, *(path for folder in ("bench", "tests") for path in (ROOT / folder).rglob("*.py"))]
+    long = {path: n for path in written if (n := path.read_text().count("\n")) > 350}
+    assert set(long) == {ROOT / "imc" / "messages.py"}, "only generated code is long"
+
+
 # A program reports, receives, logs and sends. Names of others are left out: `[Zenoh] Hear`, a key, methods of files.
 OF_PEOPLE = re.compile(
     r"(?<![A-Za-z])(?:tell|tells|told|telling|hear|hears|heard|hearing|believes?|believed|knows)(?![A-Za-z])"

@@ -37,7 +37,6 @@ REPEAT = 0.4  # s between copies of a request that is not answered
 ABORT_REPEAT = 2.0  # s between those of an Abort to who obeys each: it confirms one within a second, if it arrives
 GRACE = 1.0  # s in which a system that vanished may come back by another way
 COMPANY = 0.15  # s in which a second vehicle of the same name answers our first Announce, too
-LONGEST = 8.0  # s for a system to announce its id, or for Shoal to send data
 LABELS = 1  # our entity that asks for the labels of others, so that nobody takes the answer for his
 BASIC = ("Heartbeat", "VehicleState", "PlanControlState")
 """Messages of a system that was found, so that its silence is noticed, and its plan is known at once."""
@@ -212,7 +211,7 @@ class Network:
         name = "_".join(name.split())
         self._requests.begin(name, BASIC)
         began = time.monotonic()
-        while (left := self._search_end(name, began, timeout) - time.monotonic()) > 0.0:
+        while (left := self.search.deadline(self.systems.get(name), began, timeout) - time.monotonic()) > 0.0:
             system = self.systems.get(name)
             alone = time.monotonic() > self._opened + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.conflict_text):
@@ -229,16 +228,6 @@ class Network:
         """Ask a system for the labels of its entities, which `NetworkSystem.label` then returns."""
         query = self.with_header(system, imc.EntityList(op=imc.EntityList.Op.QUERY)).replace(src_ent=LABELS)
         self._send(system, query, imc.encode(query))
-
-    def _search_end(self, name: str, began: float, timeout: float | None) -> float:
-        """Time at which a search for a system ends (s of time.monotonic)."""
-        if timeout is not None:
-            return began + timeout
-        known = self.systems.get(name)
-        if known is None or not known.is_there:
-            return began + self.search.discovery_timeout
-        appeared = max(began, known.appeared_at)
-        return max(began + self.search.discovery_timeout, appeared + LONGEST, time.monotonic() + known.contact_timeout)
 
     async def wait_for_change(self, timeout: float) -> None:
         """Wait until a system appears, vanishes, or gets known, but not longer than `timeout` s."""
@@ -323,7 +312,8 @@ class Network:
         what = self.search.no_answer_text(
             system, type(request).__name__, timeout, copies, is_repeated=repeat < math.inf
         )
-        raise NoAnswer(f"{what}; {self._no_answer_reason(system, len(packet))}")
+        guess = size_warning(self._ways(system), len(packet)) or f"`shoal link {system.name}` shows why"
+        raise NoAnswer(f"{what}; {self.search.log_book_reason(system, self.console.id) or printable(guess)}")
 
     def raise_if_unlisted(self, message: imc.Message) -> None:
         """Raise Unlisted if a vehicle answers with this message that it does not obey this console."""
@@ -331,13 +321,6 @@ class Network:
             return
         if message.context == console_acl.CONTEXT:
             raise Unlisted(printable(f"{message.text}; SHOAL_CONSOLE gives this program the id of one that is"))
-
-    def _no_answer_reason(self, system: NetworkSystem, size: int) -> str:
-        """The reason in the log book of a system for not answering our packets, or another likely one."""
-        ours = f"packet from 0x{self.console.id:04X} "
-        texts = [entry.text for entry in system.latest_entity_messages(imc.LogBookEntry) if ours in entry.text]
-        guess = size_warning(self._ways(system), size) or f"`shoal link {system.name}` shows why"
-        return printable(f"its log book: {texts[-1]}" if texts else guess)
 
     def _send(self, system: NetworkSystem, message: imc.Message, packet: bytes, attempt: int = 0) -> bool:
         """Send by the link that received last; further attempts take the others, too. Whether there is a way."""

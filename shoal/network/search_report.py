@@ -1,13 +1,16 @@
 """Sentences on a search for a vehicle: why it takes long, and who is there instead."""
 
+import time
 from collections.abc import Callable, Sequence
 
+import imc
 from imc.discovery import PERIOD
 from shoal.network.link import NetworkLink
 from shoal.network.system_table import CONTACT, NetworkSystem
 from support.terminal_text import printable, suggestion
 
 EXPLAINED = 2.0  # s after which a search that may take long is explained
+LONGEST = 8.0  # s for a system to announce its id, or for Shoal to send data
 
 
 class SearchReport:
@@ -34,6 +37,15 @@ class SearchReport:
     def link_troubles(self) -> list[str]:
         """Troubles of the networks that the user searches."""
         return self._troubles if self._expects_all else []
+
+    def deadline(self, system: NetworkSystem | None, began: float, timeout: float | None) -> float:
+        """Time (s of time.monotonic) at which a search that `began` ends; `system` has the name, if one is known."""
+        if timeout is not None:
+            return began + timeout
+        end = began + self.discovery_timeout
+        if system is None or not system.is_there:
+            return end
+        return max(end, max(began, system.appeared_at) + LONGEST, time.monotonic() + system.contact_timeout)
 
     def explain(self, past: float, there: Sequence[NetworkSystem]) -> None:
         """Report once why a search, which has taken `past` s, takes longer: no vehicle answers, or sends anything."""
@@ -81,6 +93,13 @@ class SearchReport:
             return f"{text}, to which no link leads: nothing was sent"
         once = "" if is_repeated else ", which was sent once, since it is no Shoal vehicle and might obey each copy"
         return f"{text}{once}"
+
+    @staticmethod
+    def log_book_reason(system: NetworkSystem, console: int) -> str:
+        """The reason in the log book of a system for not answering a console (id); empty if it has none."""
+        ours = f"packet from 0x{console:04X} "
+        texts = [entry.text for entry in system.latest_entity_messages(imc.LogBookEntry) if ours in entry.text]
+        return printable(f"its log book: {texts[-1]}") if texts else ""
 
     @property
     def _troubles(self) -> list[str]:

@@ -15,6 +15,7 @@ from imc.reserved_ids import OPERATORS
 from runtime.zenoh import LOCAL_PORT, ZenohConfig, error_text, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.zenoh_connection_failure import connection_failure
+from shoal.network.zenoh_key_expressions import includes_expression, key_expressions
 from shoal.network.zenoh_session_thread import ZenohSessionThread
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class ZenohLink:
 
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         system = EVERYBODY if system == EVERYBODY else key_chunk(system)
-        self._requested |= dict.fromkeys(_expressions(system, messages))
+        self._requested |= dict.fromkeys(key_expressions(system, messages))
         self._subscribe_requested()
         for message in messages:
             self._asked[f"imc/{system}/@q/{key_chunk(message)}/*"] = None
@@ -114,7 +115,7 @@ class ZenohLink:
 
     def unsubscribe(self, system: str, messages: Collection[str]) -> None:
         """Receive no more; what else was requested, and was part of it, begins before it ends."""
-        ended = _expressions(EVERYBODY if system == EVERYBODY else key_chunk(system), messages)
+        ended = key_expressions(EVERYBODY if system == EVERYBODY else key_chunk(system), messages)
         undeclare = [self._wanted.pop(expression, None) for expression in ended]
         for expression in ended:
             self._requested.pop(expression, None)
@@ -126,7 +127,7 @@ class ZenohLink:
     def _subscribe_requested(self) -> None:
         """Subscribe what was requested and is no part of another subscription."""
         for expression in self._requested:
-            if not any(_covers(other, expression) for other in self._wanted):
+            if not any(includes_expression(other, expression) for other in self._wanted):
                 self._wanted[expression] = None
                 self._subscribe(expression)
 
@@ -347,20 +348,3 @@ def _is_of_console(packet: bytes) -> bool:
     """Whether a packet is the Announce of another console, which only vehicles need."""
     is_whole = len(packet) >= SMALLEST_PACKET
     return is_whole and imc.packet_id(packet) == imc.Announce.ID and imc.packet_source(packet) in OPERATORS
-
-
-def _expressions(system: str, messages: Collection[str]) -> list[str]:
-    """The key expressions of messages of a system, by the chunk of its name in keys."""
-    if not messages:
-        return [f"imc/{system}/**", f"imc/{system}/@cmd/**"]
-    return [f"imc/{system}/{way}{key_chunk(message)}/*" for message in messages for way in ("", "@cmd/")]
-
-
-def _covers(wide: str, narrow: str) -> bool:
-    """Whether a key expression of ours includes another."""
-    if wide == narrow:
-        return True
-    of_wide, of_narrow = wide.split("/"), narrow.split("/")
-    if of_wide[1] not in (EVERYBODY, of_narrow[1]):
-        return False
-    return (of_wide[2:] == ["**"] and of_narrow[2] != "@cmd") or of_wide[2:] == of_narrow[2:]
