@@ -119,7 +119,6 @@ def page(
         )
 
     maps = TileSets(tiles)
-    maps.overlays.read()
     try:
         check_address(address)
         security = read_page_security(address, folder or access_folder())
@@ -154,6 +153,7 @@ def page(
         except OSError as error:
             reason = describe_os_error(error, f"port {port}")
             raise click.ClickException(f"{reason}; --port 0 takes a free one") from None
+        await maps.overlays.read()
         for trouble in (*server.troubles, *maps.overlays.troubles):
             click.echo(printable(trouble), err=True)
         stopped = asyncio.Event()

@@ -23,41 +23,23 @@ NESTING = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "
 Feature = dict[str, Any]
 
 
-class ChartOverlays:
-    """The overlays of a folder, by their names without suffix, as JSON that is safe to draw; empty until `read`.
+def read_overlays(folder: Path) -> tuple[dict[str, bytes], list[str]]:
+    """The overlays of a folder by their names without suffix, and a sentence for each file that cannot be read.
 
-    sizes: bytes of each. troubles: a sentence for each file that cannot be read.
+    An overlay is JSON that is safe to draw. A large one takes a second of a core.
     """
-
-    def __init__(self, folder: Path | None) -> None:
-        self._folder = folder
-        self._is_read = False
-        self.troubles: list[str] = []
-        self._texts: dict[str, bytes] = {}
-
-    def read(self) -> None:
-        """Read the files, once; a large one takes a second of a core."""
-        if self._is_read or self._folder is None:
-            return
-        self._is_read = True
-        for path in sorted(self._folder.glob(f"*{SUFFIX}")):
-            if len(self._texts) >= MOST_FILES:
-                self.troubles.append(f"{path}: not shown: there are more than {MOST_FILES} overlays")
-                break
-            try:
-                if path.stat().st_size > MOST_BYTES:
-                    raise ValueError(f"has more than {MOST_BYTES >> 20} MB: import it again for a smaller area")
-                self._texts[path.stem] = overlay_text(list(read_features(path.read_bytes())))
-            except (OSError, ValueError, RecursionError) as error:
-                self.troubles.append(f"{path}: {error}")
-
-    @property
-    def sizes(self) -> Mapping[str, int]:
-        return {name: len(text) for name, text in self._texts.items()}
-
-    def text(self, name: str) -> bytes | None:
-        """An overlay as JSON; None if there is none of this name."""
-        return self._texts.get(name)
+    texts, troubles = dict[str, bytes](), list[str]()
+    for path in sorted(folder.glob(f"*{SUFFIX}")):
+        if len(texts) >= MOST_FILES:
+            troubles.append(f"{path}: not shown: there are more than {MOST_FILES} overlays")
+            break
+        try:
+            if path.stat().st_size > MOST_BYTES:
+                raise ValueError(f"has more than {MOST_BYTES >> 20} MB: import it again for a smaller area")
+            texts[path.stem] = overlay_text(list(read_features(path.read_bytes())))
+        except (OSError, ValueError, RecursionError) as error:
+            troubles.append(f"{path}: {error}")
+    return texts, troubles
 
 
 def overlay_text(features: list[Feature]) -> bytes:
@@ -103,7 +85,7 @@ def read_features(data: bytes, most: int = MOST_PLACES) -> Iterator[Feature]:
 
 
 def _read_json(data: bytes) -> Any:
-    """The value of a file. msgspec is quick: the kernel of a vehicle that serves the page waits meanwhile."""
+    """The value of a file."""
     try:
         return msgspec.json.decode(data)
     except msgspec.DecodeError:

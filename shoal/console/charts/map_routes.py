@@ -1,17 +1,16 @@
 """Requests of the page for what its map shows beside vehicles: overlays of charts, and the limits of a vehicle."""
 
-import asyncio
 import math
 from collections.abc import Mapping
 from typing import Any
 
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import FileResponse, PlainTextResponse, Response
 
 import imc
 from imc.coordinates import area_corners
-from shoal.console.charts.chart_overlays import ChartOverlays
 from shoal.console.charts.detections import Detections
+from shoal.console.charts.overlay_files import OverlayFiles
 from shoal.console.json_request import Answer, json_response
 from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
@@ -35,10 +34,9 @@ LABELS = {
 class MapRoutes(PagePart):
     """Answers to the page. Nothing is asked of the vehicles of a log."""
 
-    def __init__(self, network: Network, overlays: ChartOverlays, *, plays_log: bool) -> None:
+    def __init__(self, network: Network, overlays: OverlayFiles, *, plays_log: bool) -> None:
         self._network, self._overlays, self._plays_log = network, overlays, plays_log
         self._detections = Detections(network)
-        self._reading = asyncio.Lock()
         self.questions: Mapping[str, Answer] = {
             "/api/overlays": self._list_overlays,
             "/api/overlay": self._overlay,
@@ -47,21 +45,20 @@ class MapRoutes(PagePart):
         }
 
     def close(self) -> None:
-        """Listen to no vehicle any more."""
+        """Listen to no vehicle any more, and remove the files of overlays."""
         self._detections.close()
+        self._overlays.close()
 
     async def _list_overlays(self, _: Request) -> Response:
-        """Read them first: a vehicle must not wait for that as it starts."""
-        async with self._reading:
-            await asyncio.to_thread(self._overlays.read)
         overlays = self._overlays
+        await overlays.read()
         return json_response({"sizes": dict(overlays.sizes), "troubles": list(map(printable, overlays.troubles))})
 
     async def _overlay(self, request: Request) -> Response:
-        text = self._overlays.text(request.query_params.get("name", ""))
-        if text is None:
+        path = self._overlays.path(request.query_params.get("name", ""))
+        if path is None:
             return PlainTextResponse("no such overlay", 404)
-        return Response(text, media_type="application/json")
+        return FileResponse(path, media_type="application/json")
 
     async def _limits(self, request: Request) -> Response:
         """`area`: corners (degrees), and the limits that are set; `text` is the reason where unknown."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from shoal.console.charts.chart_overlays import ChartOverlays
+from shoal.console.charts.overlay_files import OverlayFiles
 from support.file_errors import describe_os_error
 
 ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
@@ -27,7 +27,7 @@ class TileSets:
     """
 
     def __init__(self, folder: Path | None) -> None:
-        self.overlays: ChartOverlays = ChartOverlays(folder)
+        self.overlays: OverlayFiles = OverlayFiles(folder)
         self.troubles: list[str] = []
         self.zooms: dict[str, tuple[int, int]] = {}
         self._sets: dict[str, ReadTile] = {}

@@ -1,5 +1,6 @@
 """Charts of other programs become overlays of the map; `small.000` is written by GDAL 3.12."""
 
+import asyncio
 import json
 from pathlib import Path
 
@@ -8,7 +9,8 @@ from click.testing import CliRunner
 
 from shoal.cli import main
 from shoal.console import TileSets
-from shoal.console.charts.chart_overlays import MOST_FILES, ChartOverlays
+from shoal.console.charts.chart_overlays import MOST_FILES
+from shoal.console.charts.overlay_files import OverlayFiles
 from tests.shoal.console.operator_page import vehicle_page
 
 SMALL = Path(__file__).parent / "small.000"
@@ -22,11 +24,15 @@ GPX = """<?xml version="1.0"?><gpx version="1.1" creator="x" xmlns="http://www.t
 CONTOUR = {"type": "LineString", "coordinates": [[-8.7, 41.18], [-8.71, 41.19]]}
 
 
-def overlays_of(folder: Path) -> ChartOverlays:
+def overlays_of(folder: Path) -> OverlayFiles:
     found = TileSets(folder).overlays
     assert not found.sizes  # a vehicle does not wait for them as it starts
-    found.read()
+    asyncio.run(found.read())
     return found
+
+
+def content(overlays: OverlayFiles, name: str) -> dict:
+    return json.loads(overlays.path(name).read_bytes())
 
 
 def run(*words: object) -> tuple[int, str]:
@@ -39,7 +45,7 @@ def imported(folder: Path, path: Path) -> list[dict]:
     assert code == 0, output
     overlays = overlays_of(folder)
     assert overlays.troubles == []
-    return json.loads(overlays.text(path.stem))["features"]
+    return content(overlays, path.stem)["features"]
 
 
 def collection(*features: tuple[dict, dict]) -> str:
@@ -90,7 +96,7 @@ def test_depths_become_contours_around_a_place(tmp_path):
     assert (code, "--around" in output) == (2, True)
     code, output = run(path, "--into", tmp_path / "charts", "--around", "41.182,-8.698", "--radius", 400)
     assert code == 0, output
-    found = json.loads(overlays_of(tmp_path / "charts").text("survey"))["features"]
+    found = content(overlays_of(tmp_path / "charts"), "survey")["features"]
     assert {each["properties"]["kind"] for each in found} == {"contour"}
     assert len({each["properties"]["depth"] for each in found}) >= 4
 
@@ -146,13 +152,27 @@ def test_overlays_that_cannot_be_read_are_named_and_the_others_served(tmp_path):
         "deep.geojson",
         f"o{MOST_FILES:02}.geojson",
     ]
-    assert found.text("../etc/passwd") is None
+    assert found.path("../etc/passwd") is None
+
+
+def test_another_process_reads_overlays_and_their_files_end_with_the_page(tmp_path, monkeypatch):
+    def read(*_: object) -> None:
+        raise AssertionError("a vehicle that serves the page waits meanwhile")
+
+    monkeypatch.setattr("shoal.console.charts.chart_overlays.read_features", read)
+    (tmp_path / "a.geojson").write_text(collection((CONTOUR, {"depth": 1.0})))
+    found = overlays_of(tmp_path)
+    path = found.path("a")
+    assert path.stat().st_size == found.sizes["a"]
+    found.close()
+    assert not path.exists()
+    assert found.path("a") is None
 
 
 def test_a_depth_beyond_all_numbers_is_none(tmp_path):
     (tmp_path / "a.geojson").write_text(collection((CONTOUR, {"depth": 10**400})))
     found = overlays_of(tmp_path)
-    assert (found.troubles, json.loads(found.text("a"))["features"][0]["properties"]) == ([], {"kind": "line"})
+    assert (found.troubles, content(found, "a")["features"][0]["properties"]) == ([], {"kind": "line"})
 
 
 def test_a_vehicle_serves_its_overlays_and_its_limits(tmp_path):
