@@ -67,7 +67,7 @@ class Authority:
             raise AuthorityError(reason)
 
     def refusal(self, user: User, role: Role) -> str:
-        """Why a user may not do what needs a role; empty if he may."""
+        """The reason why a user may not do what needs a role; empty if the role is enough."""
         if user.role < role:
             return f"{user.name} may {user.role.word}: this needs the role {role.word}"
         return self._refusal(user)

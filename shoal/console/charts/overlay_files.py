@@ -25,7 +25,7 @@ class OverlayFiles:
         self.troubles: list[str] = []
 
     async def read(self) -> None:
-        """Have the files read, once: a vehicle must not wait for that as it starts."""
+        """Start reading the files, once: a vehicle must not wait for that as it starts."""
         async with self._reading:
             if self._made is not None or self._folder is None:
                 return

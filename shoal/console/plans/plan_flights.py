@@ -56,7 +56,7 @@ class PlanFlights(PagePart):
         return json_response({**found, "text": printable(str(found["text"]))})
 
     async def _watch(self, _: Request) -> Response:
-        """How far the flight is; without numbers if there is none."""
+        """Progress of the flight; without numbers if there is none."""
         return json_response({"ok": True, **(self._progress if self._worker.is_busy else {})})
 
     async def _cancel(self, request: Request) -> Response:
