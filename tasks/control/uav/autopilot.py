@@ -197,7 +197,7 @@ class Autopilot(MultirotorAutopilotTask):
         return self._law.blind_descent_rate(self._vertical.measured_height(self.now))
 
     def _bridges(self, silent: float) -> bool:
-        """Whether flight continues without a state for `silent` s: the speed is measured, and the last gap was long ago."""
+        """Whether flight continues without a state for `silent` s: its speed is measured, the last gap long ago."""
         measured = self._vertical.has_speed(self.now) and self._vertical.fresh_force(self.now) is not None
         settled = self._stated - self._resumed >= RECOVERY and not self._dips.has_repeated(self.now)
         return measured and settled and silent <= GAP * self.state_timeout and self._phase is not FlightPhase.BLIND
