@@ -13,6 +13,7 @@ import pytest
 from shoal import fly
 from shoal.missions import load_plan
 
+pytestmark = [pytest.mark.heavy, pytest.mark.computing]
 BENCH = Path(__file__).parents[1] / "bench" / "against_dune.py"
 LEGS = range(4)
 DUNE_SECONDS = (58.8, 46.4, 69.6, 57.9)  # of the same plan in its original log
@@ -50,8 +51,6 @@ def ours(flown):
     return bench.reduce(flown[1])
 
 
-@pytest.mark.heavy
-@pytest.mark.computing
 def test_the_recorded_plan_completes_as_it_did_in_dune(flown):
     report, _ = flown
     assert report.completed
@@ -66,7 +65,6 @@ def test_the_recorded_plan_completes_as_it_did_in_dune(flown):
     assert report.states[-3:] == ["INITIALIZING", "EXECUTING", "READY"]
 
 
-@pytest.mark.heavy
 def test_maneuvers_and_modes_follow_each_other_as_in_dune(ours, dune):
     assert ours["plan"] == dune["plan"]
     assert ours["vehicle"] == dune["vehicle"]

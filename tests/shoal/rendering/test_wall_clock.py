@@ -15,6 +15,7 @@ from shoal.rendering import find_exposures
 from tests.command import shoal
 from world.rendering import optical_to_body_transform
 
+pytestmark = pytest.mark.heavy
 SETTINGS = ("Size=96", "Face Size=48", "Frame Rate=6", "Save Images=true")
 SECONDS = 3.0
 
@@ -44,7 +45,6 @@ def taken(folder):
     return {tuple(path.stem.rsplit("_", 2)[::2]): path for path in folder.glob("*.png")}
 
 
-@pytest.mark.heavy
 def test_each_picture_has_its_partner(log, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = shoal("log", "render", str(log), "out", "--no-labels", "-j", "1")

@@ -5,6 +5,7 @@ import json
 import socket
 from itertools import count
 
+import pytest
 from websockets.asyncio.client import connect
 
 import imc
@@ -70,6 +71,7 @@ async def first_dropped(viewer):
             return
 
 
+@pytest.mark.heavy
 def test_a_viewer_that_does_not_read_loses_the_oldest_and_delays_no_other():
     found, received = asyncio.run(asyncio.wait_for(drop_messages(), PATIENCE))
     said = json.loads(found[-1])
