@@ -132,10 +132,12 @@ class Steps:
 
     async def all(self):
         self.home = await first(self.telemetry.subscribe_home())
-        for name in ("attitude_quaternion", "scaled_pressure", "imu", "odometry", "distance_sensor"):
+        sensors = ["attitude_quaternion", "scaled_pressure", "imu", "odometry"]
+        for name in sensors if self.kind == "hexacopter" else [*sensors, "distance_sensor"]:
             await self.take(name, self.telemetry_of(name))
         await self.take("fence", self.fence())
-        await self.take("photo", self.photo())
+        if self.kind == "submarine":
+            await self.take("photo", self.photo())
         await self.take("arm", armed(self.action))
         if self.kind == "hexacopter":
             await self.take("takeoff", self.take_off())
