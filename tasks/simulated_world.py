@@ -205,24 +205,25 @@ class TrueState:
     def __init__(self, origin: tuple[float, float] | None, duration: float = 0.0):
         self.duration = duration
         self._chart = WorldFrame(origin)
-        self._states: deque[tuple[BodyMotion, WorldPose]] = deque()
+        # With north and east (m). Most states are replaced before anybody asks for a pose, so they are kept as they are.
+        self._states: deque[tuple[imc.SimulatedState, tuple[float, float]]] = deque()
 
     def update(self, state: imc.SimulatedState) -> None:
         """Take the next state; one that makes no sense is passed over. After a jump back, it is the first."""
         self.fault: str = "" if is_valid_truth(state) else INVALID_TRUTH
         if self.fault:
             return
-        motion = BodyMotion.from_state(state)
-        if self._states and motion.time < self._states[-1][0].time:
-            self._states.clear()
-        self._states.append((motion, WorldPose(*self._chart.position(state), state.z, motion.angles)))
-        while motion.time - self._states[0][0].time > self.duration:
-            self._states.popleft()
+        states, time = self._states, state.timestamp
+        if states and time < states[-1][0].timestamp:
+            states.clear()
+        states.append((state, self._chart.position(state)))
+        while time - states[0][0].timestamp > self.duration:
+            states.popleft()
 
     @property
     def latest_time(self) -> float:
         """Time at which the newest state was true (s since 1970); -infinity without any."""
-        return self._states[-1][0].time if self._states else -math.inf
+        return self._states[-1][0].timestamp if self._states else -math.inf
 
     def pose_at(self, time: float, oldest: float) -> WorldPose | None:
         """The place of the vehicle at a time (s since 1970); None without a state of `oldest` s around it.
@@ -231,22 +232,28 @@ class TrueState:
         """
         if not self._states:
             return None
-        following: tuple[BodyMotion, WorldPose] | None = None
-        for motion, place in reversed(self._states):
-            if motion.time <= time:
+        following: tuple[imc.SimulatedState, tuple[float, float]] | None = None
+        for before in reversed(self._states):
+            if before[0].timestamp <= time:
                 break
-            following = motion, place
+            following = before
         else:
-            (motion, place), following = self._states[0], None
-        if following is not None and time - motion.time > oldest:
-            (motion, place), following = following, None
-        if abs(time - motion.time) > oldest:  # also of a clock that was set back
+            before, following = self._states[0], None
+        if following is not None and time - before[0].timestamp > oldest:
+            before, following = following, None
+        since = time - before[0].timestamp
+        if abs(since) > oldest:  # also of a clock that was set back
             return None
-        carried = _carried(motion, place, time - motion.time)
+        motion, place = BodyMotion.from_state(before[0]), _world_pose(*before)
+        carried = _carried(motion, place, since)
         if following is None:
             return carried
-        period = following[0].time - motion.time
-        return _corrected(carried, _carried(motion, place, period), following[1], ((time - motion.time) / period) ** 2)
+        period = following[0].timestamp - motion.time
+        return _corrected(carried, _carried(motion, place, period), _world_pose(*following), (since / period) ** 2)
+
+
+def _world_pose(state: imc.SimulatedState, place: tuple[float, float]) -> WorldPose:
+    return WorldPose(*place, state.z, (state.phi, state.theta, state.psi))
 
 
 def _carried(motion: BodyMotion, place: WorldPose, seconds: float) -> WorldPose:

@@ -68,9 +68,9 @@ class WorldObject:
     def pose_at(self, time: float) -> tuple[float, float, float]:
         """North and east (m) and heading (rad) at a time (s from the start of the run)."""
         first, last = self.track[0], self.track[-1]
-        legs = [leg for leg in pairwise(self.track) if leg[0].time <= time] or list(pairwise(self.track))[:1]
-        if not legs:
+        if first is last:
             return first.north, first.east, self.heading or 0.0
+        legs = [leg for leg in pairwise(self.track) if leg[0].time <= time] or list(pairwise(self.track))[:1]
         (begin, n, e), (end, to_n, to_e) = legs[-1]
         share = (max(first.time, min(last.time, time)) - begin) / (end - begin)
         ahead = math.atan2(to_e - e, to_n - n)

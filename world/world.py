@@ -1,6 +1,7 @@
 """One world, which vehicle, sonars, DVL and cameras share."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from world.charts import Chart
 from world.objects import GLIDER, NorthEast, ObjectPosition, WorldObject
@@ -35,11 +36,11 @@ class World:
     wave_bearing: float = 0.0
     chart: Chart | None = None
 
-    @property
+    @cached_property
     def gliders(self) -> tuple[WorldObject, ...]:
         return tuple(thing for thing in self.objects if thing.kind == GLIDER)
 
-    @property
+    @cached_property
     def boards(self) -> tuple[WorldObject, ...]:
         return tuple(thing for thing in self.objects if thing.kind != GLIDER)
 

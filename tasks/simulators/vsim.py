@@ -73,7 +73,7 @@ class VSIM(PoweredDeviceTask):
         if self.initial_depth and isinstance(self._model, BoatModel):
             raise ParameterError("Initial Depth", "a boat floats")
         world = world_of(self)
-        self._seabed = world.seabed
+        self._seabed, self._has_chart = world.seabed, world.chart is not None
         self._sea = world.wind_sea(self.vehicle.seed) if isinstance(self._model, BoatModel) else None
 
     def configuration_warnings(self) -> Iterator[ConfigWarning]:
@@ -197,7 +197,8 @@ class VSIM(PoweredDeviceTask):
         if stall := self._steps.run(self.now_ns, periods, self._step, self._release):
             self.log.warning(stall)
         (x, y, z), (u, v, w), (phi, theta, psi), (p, q, r) = self._motion()
-        self._is_off_chart = log_unknown_depth(self, self._start[0] + x, self._start[1] + y, self._is_off_chart)
+        if self._has_chart:
+            self._is_off_chart = log_unknown_depth(self, self._start[0] + x, self._start[1] + y, self._is_off_chart)
         svx, svy, svz = craft.stream
         self.publish(
             imc.SimulatedState(
