@@ -44,6 +44,30 @@ def to_ned(r: Matrix, v: Vector) -> Vector:
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
+def rotate_to_ned(phi: float, theta: float, psi: float, v: Vector) -> Vector:
+    """`to_ned(rotation(phi, theta, psi), v)`, quicker for a single vector."""
+    cr, sr, cp, sp, cy, sy = cos(phi), sin(phi), cos(theta), sin(theta), cos(psi), sin(psi)
+    a, b = cy * sp, sy * sp
+    x, y, z = v
+    return (
+        cy * cp * x + (a * sr - sy * cr) * y + (a * cr + sy * sr) * z,
+        sy * cp * x + (b * sr + cy * cr) * y + (b * cr - cy * sr) * z,
+        -sp * x + cp * sr * y + cp * cr * z,
+    )
+
+
+def rotate_to_body(phi: float, theta: float, psi: float, v: Vector) -> Vector:
+    """`to_body(rotation(phi, theta, psi), v)`, quicker for a single vector."""
+    cr, sr, cp, sp, cy, sy = cos(phi), sin(phi), cos(theta), sin(theta), cos(psi), sin(psi)
+    a, b = cy * sp, sy * sp
+    x, y, z = v
+    return (
+        cy * cp * x + sy * cp * y + -sp * z,
+        (a * sr - sy * cr) * x + (b * sr + cy * cr) * y + cp * sr * z,
+        (a * cr + sy * sr) * x + (b * cr - cy * sr) * y + cp * cr * z,
+    )
+
+
 def to_body(r: Matrix, v: Vector) -> Vector:
     """Rotate a north-east-down vector to the body frame."""
     (a, b, c), (d, e, f), (g, h, i) = r

@@ -147,7 +147,8 @@ class Task(DeviceTask):
 
         Where one stall follows the other, up to 0.5 s of each count, else a silence would hardly age.
         """
-        return self._kernel.now - self._kernel.stalls.left_out / SECOND
+        kernel = self._kernel
+        return kernel.now - kernel.stalls.left_out / SECOND if kernel.stalls.total else kernel.now
 
     @functools.cached_property
     def random(self) -> "Generator":

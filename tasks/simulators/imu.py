@@ -204,7 +204,8 @@ class IMU(Task):
             self.set_entity_state(State.NORMAL, "active")
         for sample in self._sampler.sample_until_state(BodyMotion.from_state(truth)):
             self._report(*self._disturbed(sample))
-            self._report_field(sample)
+            if self.magnetic_field_strength and sample.time >= self._magnetic_due:
+                self._report_field(sample)
 
     def _disturbed(self, sample: InertialSample) -> tuple[float, Vector, Vector, Vector]:
         """A sample's time, angles, rates and force, with noise."""
@@ -226,9 +227,9 @@ class IMU(Task):
 
     def _report(self, time: float, angles: Vector, rates: Vector, force: Vector) -> None:
         phi, theta, psi = angles
-        wrong = 0.0
-        if self.generate_noise:
-            wrong = self._offset + math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
+        wrong = self._offset if self.generate_noise else 0.0
+        if self.generate_noise and self.gyro_rate_bias:
+            wrong += math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
         p, q, r = self.grade.gyroscope.quantize(rates)
         x, y, z = self.grade.accelerometer.quantize(force)
         for message in (
@@ -246,9 +247,7 @@ class IMU(Task):
             self.publish(message, keep_time=True)
 
     def _report_field(self, sample: InertialSample) -> None:
-        """Publish the magnetic field at the true attitude of a sample, with the next one due."""
-        if not self.magnetic_field_strength or sample.time < self._magnetic_due:
-            return
+        """Publish the magnetic field at the true attitude of a sample."""
         self._magnetic_due = max(self._magnetic_due, sample.time - HALF_SAMPLE) + 1.0 / self.magnetic_field_rate
         field = self._magnetometer.measure(*sample.angles)
         if self.generate_noise and self.magnetic_field_noise:

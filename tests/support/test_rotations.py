@@ -12,6 +12,8 @@ from support.rotations import (
     matrix_from_quaternion,
     quaternion_from_euler,
     quaternion_from_matrix,
+    rotate_to_body,
+    rotate_to_ned,
     rotation,
     to_body,
     to_ned,
@@ -32,6 +34,13 @@ def test_bow_right_and_keel():
 def test_back_and_forth(phi, theta, psi, v):
     r = rotation(phi, theta, psi)
     assert to_body(r, to_ned(r, v)) == pytest.approx(v, abs=1e-12)
+
+
+@given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-10, 10)] * 3))
+def test_a_single_vector_is_rotated_to_the_same_bits(phi, theta, psi, v):
+    r = rotation(phi, theta, psi)
+    assert rotate_to_ned(phi, theta, psi, v) == to_ned(r, v)
+    assert rotate_to_body(phi, theta, psi, v) == to_body(r, v)
 
 
 @given(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), ANGLES, st.tuples(*[st.floats(-1, 1)] * 3))

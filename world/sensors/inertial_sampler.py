@@ -4,8 +4,16 @@ import math
 from typing import Any, NamedTuple
 
 from support.pose import Pose
-from support.rotations import Matrix, Vector, cross, integrate_body_rates, rotation, to_body, to_ned, wrap
-from world.sensors.imu_noise import specific_force
+from support.rotations import (
+    Matrix,
+    Vector,
+    cross,
+    integrate_body_rates,
+    rotate_to_body,
+    rotate_to_ned,
+    to_body,
+    wrap,
+)
 
 TIMING = 1e-3  # of a period: a state that is early by less belongs to the sample, since timestamps have 0.24 µs
 LONGEST_GAP = 1.0  # s between states; a longer one is not sampled, and sampling starts again at its end
@@ -51,7 +59,8 @@ class BodyMotion(NamedTuple):
         if place != CENTER:
             a, b, c = cross(self.rates, place)
             u, v, w = u + a, v + b, w + c
-        north, east, down = to_ned(rotation(*self.angles), (u, v, w))
+        phi, theta, psi = self.angles
+        north, east, down = rotate_to_ned(phi, theta, psi, (u, v, w))
         return north + x, east + y, down + z
 
 
@@ -121,8 +130,9 @@ class InertialSampler:
         return [self._sample(step, now)]
 
     def _integrate(self, step: "_Step", begin: float, end: float) -> None:
-        length, (angles, (p, q, r)) = end - begin, step.at(0.5 * (begin + end))
-        x, y, z = specific_force(rotation(*angles), step.acceleration, self.gravity)
+        length, ((phi, theta, psi), (p, q, r)) = end - begin, step.at(0.5 * (begin + end))
+        north, east, down = step.acceleration
+        x, y, z = rotate_to_body(phi, theta, psi, (north, east, down - self.gravity))
         (a, b, c), (d, e, f) = self._turned, self._pushed
         self._turned = a + length * p, b + length * q, c + length * r
         self._pushed = d + length * x, e + length * y, f + length * z
@@ -135,7 +145,7 @@ class InertialSampler:
         rates, force = (p / interval, q / interval, r / interval), (x / interval, y / interval, z / interval)
         if self._axes is not None:
             rates, force = to_body(self._axes, rates), to_body(self._axes, force)
-        return InertialSample(time, interval, step.at(time)[0], rates, force)
+        return InertialSample(time, interval, step.angles_at(time), rates, force)
 
 
 class _Step:
@@ -162,6 +172,12 @@ class _Step:
         share = (time - self.began) / self._length
         phi, a, theta, b, psi, c, p, x, q, y, r, z = self._motion
         return (phi + share * a, theta + share * b, psi + share * c), (p + share * x, q + share * y, r + share * z)
+
+    def angles_at(self, time: float) -> Vector:
+        """Angles at a time."""
+        share = (time - self.began) / self._length
+        phi, a, theta, b, psi, c, *_ = self._motion
+        return phi + share * a, theta + share * b, psi + share * c
 
 
 def _scaled(a: Vector, factor: float) -> Vector:
