@@ -68,6 +68,12 @@ def rotate_to_body(phi: float, theta: float, psi: float, v: Vector) -> Vector:
     )
 
 
+def down_axis(phi: float, theta: float) -> Vector:
+    """The share of each body axis that points down: the last row of `rotation`."""
+    level = cos(theta)
+    return -sin(theta), level * sin(phi), level * cos(phi)
+
+
 def to_body(r: Matrix, v: Vector) -> Vector:
     """Rotate a north-east-down vector to the body frame."""
     (a, b, c), (d, e, f), (g, h, i) = r
@@ -82,12 +88,8 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 def body_rates(phi: float, theta: float, phi_rate: float, theta_rate: float, psi_rate: float) -> Vector:
     """p, q, r (rad/s) from the Euler angle rates (rad/s); Fossen 2011, eq. 2.28 inverted."""
-    cr, sr, cp = cos(phi), sin(phi), cos(theta)
-    return (
-        phi_rate - psi_rate * sin(theta),
-        theta_rate * cr + psi_rate * cp * sr,
-        psi_rate * cp * cr - theta_rate * sr,
-    )
+    cr, sr, level = cos(phi), sin(phi), psi_rate * cos(theta)
+    return phi_rate - psi_rate * sin(theta), theta_rate * cr + level * sr, level * cr - theta_rate * sr
 
 
 def integrate_body_rates(angles: Vector, rates: Vector, seconds: float) -> Vector:

@@ -205,7 +205,7 @@ class TrueState:
     def __init__(self, origin: tuple[float, float] | None, duration: float = 0.0):
         self.duration = duration
         self._chart = WorldFrame(origin)
-        # With north and east (m). Most states are replaced before anybody asks for a pose, so they are kept as they are.
+        # With north and east (m). Most states are replaced before anybody asks for a pose, so each is kept as it came.
         self._states: deque[tuple[imc.SimulatedState, tuple[float, float]]] = deque()
 
     def update(self, state: imc.SimulatedState) -> None:

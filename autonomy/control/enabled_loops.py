@@ -6,11 +6,12 @@ import imc
 class EnabledLoops:
     """The loops of `controlled` (CLoopsMask) that are enabled.
 
+    The `mask` is a plain integer: operators of enumerations take ten times as long, and controllers use many.
     `scope` is the largest scope_ref received; messages with a smaller one come too late and are ignored.
     """
 
     def __init__(self, controlled: int):
-        self.controlled = controlled
+        self.controlled: int = int(controlled)
         self.mask: int = 0
         self.scope: int = 0
 

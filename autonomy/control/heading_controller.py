@@ -7,8 +7,8 @@ from autonomy.control.pid import PID
 from support.number_parsing import clamp_magnitude
 from support.rotations import wrap
 
-Loops = imc.CLoopsMask
-HORIZONTAL = Loops.YAW | Loops.YAW_RATE
+YAW, YAW_RATE = imc.CLoopsMask.YAW.value, imc.CLoopsMask.YAW_RATE.value
+HORIZONTAL = YAW | YAW_RATE
 
 
 class HeadingController:
@@ -49,11 +49,11 @@ class HeadingController:
 
         `mask` has the enabled loops; `psi` (rad) and `r` (rad/s) are heading and heading rate of the boat.
         """
-        if mask & Loops.YAW_RATE:
+        if mask & YAW_RATE:
             if self.desired_rate is None:
                 return None
             self.rate = clamp_magnitude(self.desired_rate, self._maximum_rate)
-        elif mask & Loops.YAW:
+        elif mask & YAW:
             if self.heading is None:
                 return None
             self.rate = self._heading_law.step(dt, self.error(psi), -r)

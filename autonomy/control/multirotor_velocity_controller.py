@@ -138,9 +138,10 @@ class MultirotorController:
         ahead = add(self._ramped, before, -1.0)
         error = add(self._ramped, (state.vx, state.vy, state.vz), -1.0)
         rate = 1.0 / dt if dt else 0.0
-        laws = self._north, self._east, self._down
-        n, e, d = (law.step(dt, e, 0.0) + rate * step for law, e, step in zip(laws, error, ahead, strict=True))
-        roll, pitch, thrust = tilt_and_thrust((n, e, d), state.psi, gains.tilt)
+        north = self._north.step(dt, error[0]) + rate * ahead[0]
+        east = self._east.step(dt, error[1]) + rate * ahead[1]
+        down = self._down.step(dt, error[2]) + rate * ahead[2]
+        roll, pitch, thrust = tilt_and_thrust((north, east, down), state.psi, gains.tilt)
         turning = clamp_magnitude(gains.heading * wrap(heading - state.psi), gains.heading_rate)
         if abs(state.vz) < LEVEL and abs(error[2]) < FOLLOWS:  # on the ground it does not follow a descent
             self._learn_weight(min(1.0, dt / LEARNING), force)

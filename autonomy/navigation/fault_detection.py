@@ -88,17 +88,17 @@ class NoiseMonitor:
     def __post_init__(self) -> None:
         self.noisy: bool = False
         self._variance = 0.0
-        self._last: list[float] = []
+        self._last: float | None = None
+        self._before_last: float | None = None
 
     def update(self, value: float) -> bool:
         """Take a sample; whether they are too noisy."""
-        self._last = [*self._last[-2:], value]
-        if len(self._last) == 3:
-            a, b, c = self._last
-            bend = (a - 2.0 * b + c) ** 2 / 6.0  # its mean is the variance, also in a steady climb
-            largest = 9.0 * self.limit**2
-            self._variance += (min(bend, largest) - self._variance) / ROUGH_SAMPLES
-            self.noisy = self._variance > self.limit**2
+        a, b, self._before_last, self._last = self._before_last, self._last, self._last, value
+        if a is not None and b is not None:
+            bend = (a - 2.0 * b + value) ** 2 / 6.0  # its mean is the variance, also in a steady climb
+            most = self.limit**2
+            self._variance += (min(bend, 9.0 * most) - self._variance) / ROUGH_SAMPLES
+            self.noisy = self._variance > most
         return self.noisy
 
 

@@ -76,10 +76,10 @@ class ThrustResponseCheck:
         measured, keep = force - self._usual_force, max(0.0, 1.0 - dt / MEMORY)
         self._stirred = keep * self._stirred + dt * change * change
         times, changes = self._times, self._changes
-        self._off = [  # the oldest change is that of all times before it
-            keep * off + dt * (measured - changes[bisect_right(times, now - late, 1) - 1]) ** 2
-            for off, late in zip(self._off, LATENCIES, strict=True)
-        ]
+        off = self._off
+        for number, late in enumerate(LATENCIES):  # the oldest change is that of all times before it
+            apart = measured - changes[bisect_right(times, now - late, 1) - 1]
+            off[number] = keep * off[number] + dt * (apart * apart)
         self._off_scaled = keep * self._off_scaled + dt * (force - self._scale * self._made) ** 2
         self._scale += min(1.0, dt / LOAD_TIME) * (force / max(self._made, LEAST_MADE) - self._scale)
         at_once, late = self._off[0], min(self._off[1:])
@@ -94,8 +94,9 @@ class ThrustResponseCheck:
         times.append(now)
         self._thrusts.append(thrust)
         self._changes.append(change)
-        old = bisect_left(times, now - LONGEST - COARSENESS)
-        del times[:old], self._thrusts[:old], self._changes[:old]
+        if times[0] < now - LONGEST - COARSENESS:
+            old = bisect_left(times, now - LONGEST - COARSENESS)
+            del times[:old], self._thrusts[:old], self._changes[:old]
 
     @property
     def made(self) -> float:
@@ -104,8 +105,12 @@ class ThrustResponseCheck:
 
     def explains(self, now: float, force: float) -> bool:
         """Whether a thrust of the last seconds makes such a force, so that the load may be as before."""
+        if not self._times or self._times[-1] < now - EXPLAINED_FOR:
+            return False
+        if self._thrusts[-1] * (1.0 - WITHIN) <= force <= self._thrusts[-1] * (1.0 + WITHIN):
+            return True  # mostly the last one does
         made = self._thrusts[bisect_left(self._times, now - EXPLAINED_FOR) :]
-        return bool(made) and min(made) * (1.0 - WITHIN) <= force <= max(made) * (1.0 + WITHIN)
+        return min(made) * (1.0 - WITHIN) <= force <= max(made) * (1.0 + WITHIN)
 
 
 class BarometerLagCheck:

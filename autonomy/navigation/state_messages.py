@@ -7,7 +7,7 @@ import imc
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.gnss_position_correction import PositionEstimate
 from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
-from support.rotations import Vector, rotation, to_ned, wrap
+from support.rotations import Vector, rotate_to_ned, wrap
 
 
 def initial_state(
@@ -41,7 +41,7 @@ def estimated_state(
     x = position.filter.x
     phi, theta, _ = angles
     psi = wrap(x[PSI])
-    vx, vy, _ = to_ned(rotation(phi, theta, psi), (x[U], x[V], heave))
+    vx, vy, _ = rotate_to_ned(phi, theta, psi, (x[U], x[V], heave))
     depth = max(0.0, vertical.depth)
     return imc.EstimatedState(
         lat=position.lat,

@@ -8,7 +8,7 @@ from autonomy.navigation.fault_detection import GateDecision, JumpGate
 from autonomy.navigation.gnss_position_correction import PositionEstimate, fix_variance
 from autonomy.navigation.horizontal_filter import PSI, PSI_BIAS, R_BIAS, HorizontalFilter, K, R, U, V
 from autonomy.navigation.sensor_inputs import SensorInputs
-from support.rotations import Vector, rotation, to_body, to_ned, wrap
+from support.rotations import Vector, rotate_to_body, rotate_to_ned, wrap
 
 VERTICAL_ACCELERATION = 0.1  # m/s², over a second
 PATIENCE = 1.0  # s of measurements that agree before a jump of theirs is accepted
@@ -85,7 +85,7 @@ class UnderwaterEstimator:
 
     def correct(self, position: PositionEstimate, now: float, fix: imc.GpsFix) -> GateDecision:
         """Apply a fix; its speed counts where velocities are missing."""
-        north, east, _ = to_ned(rotation(*self._inputs.euler.value), (0.0, 0.0, -self._inputs.settings.gps_arm))
+        north, east, _ = rotate_to_ned(*self._inputs.euler.value, (0.0, 0.0, -self._inputs.settings.gps_arm))
         fastest = self._inputs.settings.dvl_largest[0] if self._inputs.lacks_velocity(now) else -1.0
         return position.correct(fix, fix_variance(fix, self._inputs.settings.gps_variances), (north, east), fastest)
 
@@ -96,7 +96,7 @@ class UnderwaterEstimator:
         if new_ground and new_water:
             self._update_stream()
         velocity: Vector | None = inputs.ground.value if new_ground else None
-        stream = to_body(rotation(*inputs.euler.value), self.stream) if self.stream is not None else (0.0, 0.0, 0.0)
+        stream = rotate_to_body(*inputs.euler.value, self.stream) if self.stream is not None else (0.0, 0.0, 0.0)
         if velocity is None and new_water and now - inputs.ground.last > timeout:
             (u, v, w), (du, dv, dw) = inputs.water.value, stream
             velocity = u + du, v + dv, w + dw
@@ -121,7 +121,7 @@ class UnderwaterEstimator:
 
     def _update_stream(self) -> None:
         (u, v, w), (a, b, c) = self._inputs.ground.value, self._inputs.water.value
-        north, east, down = to_ned(rotation(*self._inputs.euler.value), (u - a, v - b, w - c))
+        north, east, down = rotate_to_ned(*self._inputs.euler.value, (u - a, v - b, w - c))
         before = self.stream or (north, east, down)
         self.stream = (
             before[0] + STREAM_GAIN * (north - before[0]),

@@ -8,7 +8,7 @@ import imc
 from runtime import Entity, State, param, periodic
 from runtime.task import SharedOption
 from support.pose import Pose
-from support.rotations import Vector, cross, rotation, to_body, to_ned
+from support.rotations import Vector, cross, rotate_to_body, to_body, to_ned
 from tasks.simulated_world import WorldFrame, mount_pose, position_param, world_of
 from tasks.simulators.true_state_sensor import TrueStateSensorTask
 from world import SECTIONS
@@ -111,7 +111,7 @@ class DVL(TrueStateSensorTask):
 
     def _velocities(self, truth: imc.SimulatedState) -> tuple[Vector, Vector]:
         """Velocities through the water and over ground, along the axes of the device."""
-        sx, sy, sz = to_body(rotation(truth.phi, truth.theta, truth.psi), (truth.svx, truth.svy, truth.svz))
+        sx, sy, sz = rotate_to_body(truth.phi, truth.theta, truth.psi, (truth.svx, truth.svy, truth.svz))
         around = cross((truth.p, truth.q, truth.r), self._mount.position)
         u, v, w = truth.u + around[0], truth.v + around[1], truth.w + around[2]
         axes = self._mount.rotation

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from support.rotations import (
     body_rates,
+    down_axis,
     euler_from_quaternion,
     matrix_from_quaternion,
     quaternion_from_euler,
@@ -39,6 +40,7 @@ def test_back_and_forth(phi, theta, psi, v):
 @given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-10, 10)] * 3))
 def test_a_single_vector_is_rotated_to_the_same_bits(phi, theta, psi, v):
     r = rotation(phi, theta, psi)
+    assert down_axis(phi, theta) == r[2]
     assert rotate_to_ned(phi, theta, psi, v) == to_ned(r, v)
     assert rotate_to_body(phi, theta, psi, v) == to_body(r, v)
 

@@ -64,6 +64,7 @@ class Multirotor:
         self._phi_rate = self._theta_rate = self._psi_rate = 0.0
         self._angles: Vector = (0.0, 0.0, 0.0)  # of the last rotation, which step and air_velocity share
         self._rotation: Matrix = IDENTITY
+        self._seconds = math.nan  # of the steps that the responses are for
 
     def command_roll(self, angle: float) -> None:
         """Command a roll (rad)."""
@@ -100,8 +101,10 @@ class Multirotor:
     def step(self, h: float) -> None:
         """Advance by `h` s. Raises ArithmeticError if the motion diverges."""
         a = self.airframe
+        if h != self._seconds:
+            self._respond_in(h)
         self._incline(h)
-        self.rotor_speed += (self._rotors - self.rotor_speed) * -math.expm1(-h / a.rotor_lag)
+        self.rotor_speed += (self._rotors - self.rotor_speed) * self._rotor_response
         rotors, (x, y, z) = self.rotor_speed, self.wind
         lift = a.thrust * rotors * rotors / a.mass
         (_, _, north), (_, _, east), (_, _, down) = self._attitude  # of the body's z axis
@@ -126,28 +129,31 @@ class Multirotor:
             self.touchdown_speed, self.on_ground = vd, True
             self.z = self.vn = self.ve = self.vd = 0.0
 
+    def _respond_in(self, h: float) -> None:
+        """Compute how rotors, yaw and tilt respond in steps of `h` s."""
+        a, half = self.airframe, 0.5 * h
+        self._seconds = h
+        self._rotor_response, self._yaw_kept = -math.expm1(-h / a.rotor_lag), math.exp(-h / a.yaw_lag)
+        self._stiffness, self._damping = a.bandwidth**2, 2.0 * a.damping * a.bandwidth
+        self._resistance = 1.0 + half * (self._damping + half * self._stiffness)
+
     def _incline(self, h: float) -> None:
-        """Tilt and turn toward the commands; on the ground the legs keep it level and hold its heading."""
-        stands = self.on_ground
+        """Tilt and turn toward the commands; on the ground the legs keep it level and hold its heading.
+
+        Roll and pitch are damped oscillators with the acceleration of the middle of the step: so the rate changes
+        evenly, and its mean over the step is that of the angle, which gyroscopes measure.
+        """
+        stands, half = self.on_ground, 0.5 * h
         roll, pitch, turn = (0.0, 0.0, 0.0) if stands else (self._roll, self._pitch, self._turn)
-        a = self.airframe
-        stiffness, damping = a.bandwidth**2, 2.0 * a.damping * a.bandwidth
-        self.phi, self._phi_rate = _tilted(self.phi, self._phi_rate, roll, stiffness, damping, h)
-        self.theta, self._theta_rate = _tilted(self.theta, self._theta_rate, pitch, stiffness, damping, h)
+        stiffness, damping, resistance = self._stiffness, self._damping, self._resistance
+        angle, rate = self.phi, self._phi_rate
+        change = h * (stiffness * (roll - angle - half * rate) - damping * rate) / resistance
+        phi, phi_rate = angle + h * (rate + 0.5 * change), rate + change
+        angle, rate = self.theta, self._theta_rate
+        change = h * (stiffness * (pitch - angle - half * rate) - damping * rate) / resistance
+        theta, theta_rate = angle + h * (rate + 0.5 * change), rate + change
         before = 0.0 if stands else self._psi_rate
-        self._psi_rate = turn + (before - turn) * math.exp(-h / a.yaw_lag)
-        self.psi = wrap(self.psi + 0.5 * h * (before + self._psi_rate))
-        self.p, self.q, self.r = body_rates(self.phi, self.theta, self._phi_rate, self._theta_rate, self._psi_rate)
-
-
-def _tilted(
-    angle: float, rate: float, command: float, stiffness: float, damping: float, h: float
-) -> tuple[float, float]:
-    """Angle and rate of a damped oscillator after `h` s, with the acceleration of the middle of the step.
-
-    So the rate changes evenly, and its mean over the step is that of the angle: what gyroscopes measure.
-    """
-    half = 0.5 * h
-    push = stiffness * (command - angle - half * rate) - damping * rate
-    change = h * push / (1.0 + half * (damping + half * stiffness))
-    return angle + h * (rate + 0.5 * change), rate + change
+        psi_rate = turn + (before - turn) * self._yaw_kept
+        self.phi, self.theta, self.psi = phi, theta, wrap(self.psi + half * (before + psi_rate))
+        self._phi_rate, self._theta_rate, self._psi_rate = phi_rate, theta_rate, psi_rate
+        self.p, self.q, self.r = body_rates(phi, theta, phi_rate, theta_rate, psi_rate)

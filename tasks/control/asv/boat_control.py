@@ -8,6 +8,7 @@ from autonomy.control import HORIZONTAL, EnabledLoops, HeadingController, SpeedC
 from runtime import State, Task, consume, param, periodic
 
 Loops = imc.CLoopsMask
+SPEED, YAW, YAW_RATE = Loops.SPEED.value, Loops.YAW.value, Loops.YAW_RATE.value
 LONGEST_STEP = 1.0  # s; without EstimatedState for longer, the actuators go to neutral
 
 
@@ -58,7 +59,7 @@ class BoatController(Task):
         mask = self._loops.mask
         if self._heading is not None and (mask ^ before) & HORIZONTAL:
             self._heading.reset()
-        if self._speed is not None and (mask ^ before) & Loops.SPEED:
+        if self._speed is not None and (mask ^ before) & SPEED:
             self._speed.reset()
         self._complete, self._given_up = self.now, False
         if not mask:
@@ -67,18 +68,18 @@ class BoatController(Task):
 
     @consume
     def set_desired_heading(self, desired: imc.DesiredHeading) -> None:
-        if self._heading is not None and self._loops.mask & Loops.YAW and self._is_number(desired.value, "heading"):
+        if self._heading is not None and self._loops.mask & YAW and self._is_number(desired.value, "heading"):
             self._heading.heading = desired.value
 
     @consume
     def set_desired_heading_rate(self, desired: imc.DesiredHeadingRate) -> None:
-        rate = self._loops.mask & Loops.YAW_RATE
+        rate = self._loops.mask & YAW_RATE
         if self._heading is not None and rate and self._is_number(desired.value, "heading rate"):
             self._heading.desired_rate = desired.value
 
     @consume
     def set_desired_speed(self, desired: imc.DesiredSpeed) -> None:
-        if self._speed is not None and self._loops.mask & Loops.SPEED and not self._speed.set_desired(desired):
+        if self._speed is not None and self._loops.mask & SPEED and not self._speed.set_desired(desired):
             self.log.warning(f"invalid desired speed: {desired.value} in unit {desired.speed_units}")
 
     @consume
@@ -151,7 +152,7 @@ class HeadingTask(BoatController):
     def steering_effort(self, state: imc.EstimatedState, mask: int, dt: float, limit: float) -> float | None:
         """Effort that turns the boat to starboard, between -`limit` and `limit`; None without a reference."""
         effort = self.heading_controller.effort(mask, state.psi, state.r, dt, limit)
-        if effort is not None and mask & Loops.YAW and not mask & Loops.YAW_RATE:
+        if effort is not None and mask & YAW and not mask & YAW_RATE:
             self.publish(imc.DesiredHeadingRate(value=self.heading_controller.rate))
         if self.log_parcels:
             self.publish(self.heading_controller.pid_parts)
@@ -198,7 +199,7 @@ class SpeedTask(BoatController):
 
     def thrust_fraction(self, state: imc.EstimatedState, mask: int, dt: float, *, held: bool = False) -> float | None:
         """Fraction of full actuation for the desired speed; 0 with the loop off, None without a reference."""
-        if not mask & Loops.SPEED:
+        if not mask & SPEED:
             return 0.0
         if self.speed_controller.desired is None:
             return None

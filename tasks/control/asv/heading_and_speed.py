@@ -6,7 +6,7 @@ from typing import ClassVar
 import imc
 from autonomy.control import allocate_thrust, forces_to_actuations
 from runtime import param
-from tasks.control.asv.boat_control import HeadingTask, Loops, SpeedTask
+from tasks.control.asv.boat_control import SPEED, YAW, YAW_RATE, HeadingTask, SpeedTask
 
 PORT, STARBOARD = 0, 1
 
@@ -18,7 +18,7 @@ class HeadingAndSpeed(HeadingTask, SpeedTask):
     subtracted on one side and added on the other, so it turns the boat equally at any speed.
     """
 
-    controlled: ClassVar[int] = Loops.YAW | Loops.YAW_RATE | Loops.SPEED
+    controlled: ClassVar[int] = YAW | YAW_RATE | SPEED
 
     highest_difference: float = param(
         0.4,
@@ -47,7 +47,7 @@ class HeadingAndSpeed(HeadingTask, SpeedTask):
     )
 
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
-        turning = bool(mask & Loops.YAW) and not mask & Loops.YAW_RATE
+        turning = bool(mask & YAW) and not mask & YAW_RATE
         off = turning and abs(self.heading_controller.error(state.psi)) > math.radians(self.heading_error)
         share = self.thrust_fraction(state, mask, dt, held=off)
         effort = self.steering_effort(state, mask, dt, self.highest_difference)

@@ -6,7 +6,7 @@ import imc
 from autonomy.control import STANDSTILL, EnabledLoops, PIDGains, ThrusterController, ThrusterGains
 from runtime import State, Task, consume, param, periodic
 from runtime.vehicle import general_number
-from support.rotations import Vector, rotation, to_body
+from support.rotations import Vector, rotate_to_body
 
 LONGEST_STEP = 1.0  # s
 POWERED = 0.5  # m/s that the motor should give; less may not move the vehicle
@@ -175,7 +175,7 @@ class Speed(Task):
             self._vain = 0.0
             return
         # Against a current, a vehicle that does not move over ground is not held by anything.
-        along = state.u - to_body(rotation(state.phi, state.theta, state.psi), self._stream)[0]
+        along = state.u - rotate_to_body(state.phi, state.theta, state.psi, self._stream)[0]
         self._vain = max(0.0, self._vain + (1.0 if along / expected < SHARE else -1.0))
 
     def _rest(self) -> None:

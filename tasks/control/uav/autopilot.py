@@ -23,7 +23,7 @@ from autonomy.navigation import VerticalSpeedEstimator
 from runtime import State, consume, periodic
 from runtime.vehicle import general_number
 from support.planar_geometry import north_and_east
-from support.rotations import Vector, rotation
+from support.rotations import Vector, down_axis
 from tasks.control.uav.multirotor_parameters import MultirotorAutopilotTask
 
 LONGEST_STEP, BLIND_STEP = 1.0, 0.1  # s
@@ -334,7 +334,7 @@ class Autopilot(MultirotorAutopilotTask):
 
     def _command(self, command: MultirotorCommand) -> None:
         self._share = rotor_actuation(command.thrust, self.hover_actuation)
-        self._thrust, self._mast = command.thrust, rotation(command.roll, command.pitch, 0.0)[2]
+        self._thrust, self._mast = command.thrust, down_axis(command.roll, command.pitch)
         self.publish(imc.DesiredRoll(value=command.roll))
         self.publish(imc.DesiredPitch(value=command.pitch))
         self.publish(imc.DesiredHeadingRate(value=command.heading_rate))

@@ -37,6 +37,8 @@ Flags = imc.DesiredPath.Flags
 Loops = imc.CLoopsMask
 Units = imc.ZUnits
 WANTED = int(Loops.VELOCITY | Loops.YAW)
+Axes = imc.DesiredVelocity.Flags
+ALL_AXES = int(Axes.SURGE | Axes.SWAY | Axes.HEAVE)
 PATIENCE = 3.0  # s without ArmingState, which comes once per second
 EARLY = 1e-3  # s; a report may come this much early
 
@@ -227,8 +229,7 @@ class Path(Task):
         if before != (guidance.near, guidance.loitering):
             self._reported = -math.inf
         ahead, starboard = along_and_across(wanted[0], wanted[1], state.psi)
-        axes = imc.DesiredVelocity.Flags
-        self.publish(imc.DesiredVelocity(u=ahead, v=starboard, w=wanted[2], flags=axes.SURGE | axes.SWAY | axes.HEAVE))
+        self.publish(imc.DesiredVelocity(u=ahead, v=starboard, w=wanted[2], flags=ALL_AXES))
         self.publish(imc.DesiredHeading(value=guidance.heading))
         where = guidance.progress(state)
         if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:

@@ -29,7 +29,7 @@ from autonomy.navigation import (
     offset_from,
 )
 from runtime import State, Task, consume, param, periodic
-from support.rotations import Vector, rotation, to_body, to_ned, wrap
+from support.rotations import Vector, rotate_to_body, rotate_to_ned, wrap
 
 GRAVITY = 9.80665
 NO_DEPTH = -1.0
@@ -135,7 +135,7 @@ class Navigation(Task):
             return
         forces = force.x, force.y, force.z
         if self._impossible.accepts_within("acceleration", LARGEST_FORCE, *forces) and self._angles is not None:
-            north, east, down = to_ned(rotation(*self._angles), forces)
+            north, east, down = rotate_to_ned(*self._angles, forces)
             self._acceleration.add(self.now, north, east, down + GRAVITY)
 
     @consume
@@ -275,7 +275,7 @@ class Navigation(Task):
         phi, theta, psi = angles
         (north, east), (vn, ve) = self._over_ground.position, self._over_ground.velocity
         down, vd = self._height.filter.position[0], self._height.filter.velocity[0]
-        u, v, w = to_body(rotation(*angles), (vn, ve, vd))
+        u, v, w = rotate_to_body(phi, theta, psi, (vn, ve, vd))
         p, q, r = self._rates
         self.publish(
             imc.EstimatedState(

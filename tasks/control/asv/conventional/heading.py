@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import imc
 from runtime import consume, param
-from tasks.control.asv.boat_control import HeadingTask, Loops
+from tasks.control.asv.boat_control import YAW, YAW_RATE, HeadingTask
 
 
 class Heading(HeadingTask):
@@ -15,7 +15,7 @@ class Heading(HeadingTask):
     scaled by (reference speed / speed) squared. A positive angle turns to port, as on the fins of a LAUV.
     """
 
-    controlled: ClassVar[int] = Loops.YAW | Loops.YAW_RATE
+    controlled: ClassVar[int] = YAW | YAW_RATE
 
     maximum_angle: float = param(
         25.0, "°", "Largest angle of the rudder.", name="Maximum Rudder Angle", minimum=0, maximum=90

@@ -3,13 +3,13 @@
 from typing import ClassVar
 
 import imc
-from tasks.control.asv.boat_control import Loops, SpeedTask
+from tasks.control.asv.boat_control import SPEED, SpeedTask
 
 
 class Speed(SpeedTask):
     """Turns DesiredSpeed into thrust of motor 0, while the loop SPEED is enabled."""
 
-    controlled: ClassVar[int] = Loops.SPEED
+    controlled: ClassVar[int] = SPEED
 
     def actuate(self, state: imc.EstimatedState, mask: int, dt: float) -> bool:
         share = self.thrust_fraction(state, mask, dt)
