@@ -2,7 +2,10 @@
 
 from collections.abc import Callable
 
-from runtime.kernel import SECOND
+import pytest
+
+from runtime.kernel import SECOND, kernel
+from runtime.vehicle import realtime_lag
 
 
 class StallingClock:
@@ -36,3 +39,26 @@ class StallingClock:
         while self.stalls and self.time >= self.stalls[0][0]:
             self.time += self.stalls.pop(0)[1]
         return self.time
+
+    def measure_computer(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Have the kernel and the vehicle measure the computer by this clock: else a busy one changes the run."""
+        for module in (kernel, realtime_lag):
+            monkeypatch.setattr(module, "time", _Computer(self))
+
+
+class _Computer:
+    """Stands for the module `time`: real time passes with a clock, and no call takes any of it."""
+
+    def __init__(self, clock: StallingClock):
+        self._clock = clock
+
+    def monotonic_ns(self) -> int:
+        return round(self._clock.time / self._clock.speed)
+
+    def monotonic(self) -> float:
+        return self.monotonic_ns() / SECOND
+
+    def perf_counter_ns(self) -> int:
+        return 0
+
+    thread_time_ns = perf_counter_ns

@@ -16,7 +16,7 @@ from tests.tasks.mission.lies import DEEP, DEPTH, lies
 from tests.tasks.mission.stalling_clock import StallingClock
 
 HOST = "Monitors.HostResources:Enabled=Never"  # its messages depend on this computer, and each costs time here
-OFFLINE = (HOST, *(f"Transports.{name}:Enabled=Never" for name in ("MAVLink", "UDP", "Discovery")))
+OFFLINE = (HOST, *ALONE)
 START = 1_750_000_000_000_000_000
 BAD = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE, imc.EntityState.State.FAULT)
 PLANS = {
@@ -50,7 +50,9 @@ class Run:
         self.vehicle.observe(imc.EntityState, self._judge)
         if happen is not None:
             self.vehicle.kernel.soon(self.vehicle.daemon.start_script, happen)
-        self.report = Mission(self.vehicle, parse_plan("plan: test\n" + (maneuvers or PLANS[profile]))).fly(seconds)
+        with pytest.MonkeyPatch.context() as patches:
+            clock.measure_computer(patches)
+            self.report = Mission(self.vehicle, parse_plan("plan: test\n" + (maneuvers or PLANS[profile]))).fly(seconds)
 
     def _judge(self, state):
         label = self.vehicle.entities.label(state.src, state.src_ent)
@@ -61,6 +63,17 @@ class Run:
     def complaints(self):
         worse = (imc.LogBookEntry.Type.WARNING, imc.LogBookEntry.Type.ERROR)
         return [(m.context, m.text) for m in self.log if m.type in worse and not m.text.startswith("now in")]
+
+
+@pytest.mark.heavy
+@pytest.mark.computing
+@pytest.mark.parametrize("late", [{"cost": 0.001}, {"delay": 0.1}])
+def test_two_runs_on_such_a_computer_are_the_same(late, tmp_path):
+    def fly(folder):
+        run = Run("hexa-00", folder, StallingClock(START, overload=(5.0, 100.0), **late), seconds=20.0)
+        return run.vehicle.kernel.events, [(entry.timestamp, entry.text) for entry in run.log]
+
+    assert fly(tmp_path / "first") == fly(tmp_path / "second")
 
 
 @pytest.mark.heavy
@@ -84,9 +97,10 @@ def test_a_stall_of_seconds_loses_no_plan_and_blames_no_sensor(profile, tmp_path
         [(20, 3.4), (50.64, 4.46), (84.01, 6.51), (104.35, 1.61), (141.41, 3.57), (163.54, 9.47)],
     ],
 )
-def test_a_multirotor_on_a_circle_finds_its_velocity_again_after_a_stall(stalls, tmp_path):
+def test_a_multirotor_on_a_circle_finds_its_velocity_again_after_a_stall(stalls, monkeypatch, tmp_path):
     loaded = load_profile("hexa-00", overrides=[*ALONE, UNLOGGED, HOST])
     clock = StallingClock(START, stalls)
+    clock.measure_computer(monkeypatch)
     vehicle = build(loaded, loaded.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
     bad, truths, estimates = [], [], []
     vehicle.observe(imc.EntityState, lambda s: bad.append(s) if s.state in BAD else None)
@@ -101,9 +115,10 @@ def test_a_multirotor_on_a_circle_finds_its_velocity_again_after_a_stall(stalls,
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("late", [{"delay": 0.06}, {"delay": 0.1}, {"cost": 0.001}, {"cost": 0.0015}])
-def test_a_multirotor_takes_off_on_a_computer_that_is_late(late, tmp_path):
+def test_a_multirotor_takes_off_on_a_computer_that_is_late(late, monkeypatch, tmp_path):
     loaded = load_profile("hexa-00", overrides=[*ALONE, UNLOGGED, HOST])
     clock = StallingClock(START, overload=(0.0, 10.0), **late)
+    clock.measure_computer(monkeypatch)
     vehicle = build(loaded, loaded.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
     truths, log = [], []
     vehicle.observe(imc.SimulatedState, truths.append)
@@ -138,9 +153,10 @@ def test_on_an_overloaded_computer_no_sensor_is_blamed(profile, tmp_path):
 
 @pytest.mark.heavy
 @pytest.mark.computing
-def test_on_an_overloaded_computer_a_vehicle_that_pitches_does_not_brake_for_the_surface(tmp_path):
+def test_on_an_overloaded_computer_a_vehicle_that_pitches_does_not_brake_for_the_surface(monkeypatch, tmp_path):
     loaded = load_profile("lauv-noptilus-1", overrides=[*ALONE, UNLOGGED, BLIND, HOST])
     clock = StallingClock(START, overload=(0.0, 1000.0), cost=0.001, delay=0.1)
+    clock.measure_computer(monkeypatch)
     vehicle = build(loaded, loaded.parse_modes("Simulation"), clock=clock, log_root=tmp_path).vehicle
     brakes, angles = [], []
     vehicle.observe(imc.Brake, lambda brake: brakes.append(round(brake.timestamp - vehicle.start_time, 1)))
