@@ -6,6 +6,7 @@ import imc
 from mavlink import Mode, ReceivedMessage, statustext
 from mavlink.vehicle.command.hold_and_abort import VehicleControl
 from mavlink.vehicle.session import Session
+from support.log_limit import ReportLimit
 
 FULL = 1000.0  # full deflection of MANUAL_CONTROL
 PITCH = 1  # of enabled_extensions: the axis s is valid
@@ -14,6 +15,10 @@ MIDDLE, SPAN = 1500.0, 400.0  # µs of RC_CHANNELS_OVERRIDE
 RELEASED = (0, 0xFFFF)
 RANGE = 127  # of RemoteActions
 HANDOVER = 2.0  # s of silence after which another station may steer
+DEFLECTED = 0.1  # share of the full deflection
+REPORT_PERIOD = 20.0  # s between two texts that a stick is ignored
+AIRCRAFT = "Stick ignored: an aircraft is not steered by hand"
+NOT_CHOSEN = "Stick ignored: choose TELEOPERATION to steer"
 STRANGER = "Another ground station steers"
 
 
@@ -24,6 +29,7 @@ class ManualControl:
         self._control = control
         self._operator: tuple[Session, int, int] | None = None
         self._steered_at = -math.inf
+        self._ignored = ReportLimit(REPORT_PERIOD)
 
     def steer_by_axes(self, session: Session, message: ReceivedMessage, now: float) -> None:
         """MANUAL_CONTROL: x is thrust; r turns, of boats also y; z around 500, or s, is the pitch of an AUV."""
@@ -55,6 +61,8 @@ class ManualControl:
     ) -> None:
         model = self._control.model
         if model.mode is not Mode.TELEOPERATION or model.active_guided_plan_id != "steered":
+            if max(abs(thrust), abs(turn)) > DEFLECTED:
+                self._report_ignored(session, message, now)
             return
         if not self._may_steer((session, message.system, message.component), now):
             session.send_statustext(statustext.WARNING, STRANGER, now)
@@ -62,6 +70,14 @@ class ManualControl:
         axes = {"Heading": turn, "Thrust": thrust} | ({"Pitch": pitch} if model.dives else {})
         actions = ";".join(f"{name}={round(share * RANGE)}" for name, share in axes.items())
         self._control.publish(imc.RemoteActions(actions=actions))
+
+    def _report_ignored(self, session: Session, message: ReceivedMessage, now: float) -> None:
+        """Send the reason why a stick has no effect, now and then, unless something else moves the vehicle."""
+        model = self._control.model
+        if model.kind.afloat and model.mode is not Mode.MANUAL:
+            return
+        if self._ignored.is_due((message.system, message.component), now):
+            session.send_statustext(statustext.WARNING, NOT_CHOSEN if model.kind.afloat else AIRCRAFT, now)
 
     def _may_steer(self, operator: tuple[Session, int, int], now: float) -> bool:
         """Whether a component may steer now: the one that does, until it falls silent."""

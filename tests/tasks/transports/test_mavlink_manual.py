@@ -33,6 +33,9 @@ class Helmsman:
         self.frames.clear()
         return found
 
+    def texts(self):
+        return [m.values["text"].decode() for m in self.heard("STATUSTEXT")]
+
     def steer(self, seconds, **axes):
         for _ in range(int(seconds * 5)):
             self.say("MANUAL_CONTROL", target=self.mine, **axes)
@@ -66,6 +69,7 @@ def test_the_vehicle_follows_the_stick(flown):
     console = Helmsman(flown)
     console.steer(1.0, x=1000, z=500)
     assert flown.modes[-1] == "MANUAL", "nobody has asked to steer"
+    assert console.texts() == ["Stick ignored: choose TELEOPERATION to steer"]
     assert console.order(1, 0 if flown.profile == "lauv-noptilus-1" else 3) == 0
     assert flown.modes[-1] == "TELEOPERATION"
     console.steer(20.0, x=1000, z=500)
@@ -121,8 +125,17 @@ def test_an_aircraft_is_not_steered(tmp_path):
     flown = Commanded("hexa-00", tmp_path)
     flown.vehicle.start()
     flown.vehicle.run(15.0)
-    console = Helmsman(flown)
+    console, modes = Helmsman(flown), flown.modes.copy()
     assert console.order(1, 1) == 2
+    console.texts()
+    console.steer(2.0, x=0, y=0, z=0, r=0)
+    assert console.texts() == [], "the stick is released"
+    console.steer(4.0, x=0, y=500, z=500, r=0)
+    console.say("RC_CHANNELS_OVERRIDE", target_system=console.mine, chan1_raw=1800)
+    assert console.texts() == ["Stick ignored: an aircraft is not steered by hand"]
+    console.steer(21.0, x=600, z=500)
+    assert console.texts() == ["Stick ignored: an aircraft is not steered by hand"]
+    assert flown.modes[-1] == modes[-1]
     flown.vehicle.close()
 
 
