@@ -37,6 +37,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
         "the true state that sensors measure",
     ),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
+    "tasks.control.desired_path_task": (("path.path_follower", "uav.path"), "when a path begins, and is reported"),
     "tasks.control.path.path_follower": (("pure_pursuit", "vector_field"), "how a path is followed and reported"),
     "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),
     "tasks.plan.outgoing_requests": (("engine", "generator"), "requests to database and supervisor"),

@@ -8,7 +8,7 @@ import imc
 from runtime import ConfigWarning, ParameterError, State, Task, param, periodic
 from runtime.task import SharedOption
 from support.wgs84 import offset
-from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
+from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, simulated_state, world_of
 from world import SECTIONS
 from world.bodies import (
     CirclePattern,
@@ -116,26 +116,10 @@ class EstimatedState(Task):
         m = self._advance()
         place = self._offset[0] + m.north, self._offset[1] + m.east
         self._is_off_chart = log_unknown_depth(self, *place, self._is_off_chart)
-        self.publish(
-            imc.SimulatedState(
-                lat=self.origin[0],
-                lon=self.origin[1],
-                x=m.north,
-                y=m.east,
-                z=m.depth,
-                phi=m.phi,
-                theta=m.theta,
-                psi=m.psi,
-                u=m.u,
-                v=m.v,
-                w=m.w,
-                p=m.p,
-                q=m.q,
-                r=m.r,
-                svx=self.current_north,
-                svy=self.current_east,
-            )
-        )
+        stream = self.current_north, self.current_east, 0.0
+        moved, angles, rates = (m.north, m.east, m.depth), (m.phi, m.theta, m.psi), (m.p, m.q, m.r)
+        lat, lon = self.origin
+        self.publish(simulated_state(moved, (m.u, m.v, m.w), angles, rates, stream, lat=lat, lon=lon))
 
     @periodic("estimated_state_rate")
     def publish_estimated_state(self) -> None:

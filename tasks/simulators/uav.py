@@ -5,6 +5,7 @@ import math
 import imc
 from runtime import State, consume, param, periodic
 from support.wgs84 import is_on_earth
+from tasks.simulated_world import simulated_state
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
 from world.bodies import Airframe, Multirotor
@@ -134,32 +135,13 @@ class UAV(PoweredDeviceTask):
         if flew and craft.on_ground and craft.touchdown_speed > TOUCHDOWN:
             say = self.log.error if craft.touchdown_speed > HARDEST_TOUCHDOWN else self.log.info
             say(f"touchdown at {craft.touchdown_speed:.1f} m/s")
-        u, v, w = craft.air_velocity
-        svx, svy, svz = craft.wind
-        self.publish(
-            imc.SimulatedState(
-                timestamp=self._steps.time,
-                lat=origin.lat,
-                lon=origin.lon,
-                height=self.ground_height,
-                x=craft.x,
-                y=craft.y,
-                z=craft.z,
-                phi=craft.phi,
-                theta=craft.theta,
-                psi=craft.psi,
-                u=u,
-                v=v,
-                w=w,
-                p=craft.p,
-                q=craft.q,
-                r=craft.r,
-                svx=svx,
-                svy=svy,
-                svz=svz,
-            ),
-            keep_time=True,
+        place, angles, rates = (
+            (craft.x, craft.y, craft.z),
+            (craft.phi, craft.theta, craft.psi),
+            (craft.p, craft.q, craft.r),
         )
+        start = {"timestamp": self._steps.time, "lat": origin.lat, "lon": origin.lon, "height": self.ground_height}
+        self.publish(simulated_state(place, craft.air_velocity, angles, rates, craft.wind, **start), keep_time=True)
 
     def _descend(self) -> None:
         craft = self.craft

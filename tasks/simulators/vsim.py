@@ -11,7 +11,7 @@ from support.diagnostics import ConfigWarning
 from support.rotations import Vector
 from support.terminal_text import corrected_spelling, printable, quoted
 from support.wgs84 import is_on_earth, offset
-from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
+from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, simulated_state, world_of
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
 from world import SECTIONS
@@ -196,34 +196,11 @@ class VSIM(PoweredDeviceTask):
             return
         if stall := self._steps.run(self.now_ns, periods, self._step, self._release):
             self.log.warning(stall)
-        (x, y, z), (u, v, w), (phi, theta, psi), (p, q, r) = self._motion()
+        (x, y, z), velocity, angles, rates = self._motion()
         if self._has_chart:
             self._is_off_chart = log_unknown_depth(self, self._start[0] + x, self._start[1] + y, self._is_off_chart)
-        svx, svy, svz = craft.stream
-        self.publish(
-            imc.SimulatedState(
-                timestamp=self._steps.time,
-                lat=origin.lat,
-                lon=origin.lon,
-                height=origin.height,
-                x=x,
-                y=y,
-                z=z,
-                phi=phi,
-                theta=theta,
-                psi=psi,
-                u=u,
-                v=v,
-                w=w,
-                p=p,
-                q=q,
-                r=r,
-                svx=svx,
-                svy=svy,
-                svz=svz,
-            ),
-            keep_time=True,
-        )
+        place = {"timestamp": self._steps.time, "lat": origin.lat, "lon": origin.lon, "height": origin.height}
+        self.publish(simulated_state((x, y, z), velocity, angles, rates, craft.stream, **place), keep_time=True)
 
     def _motion(self) -> BoatMotion | tuple[Vector, Vector, Vector, Vector]:
         craft = self.craft

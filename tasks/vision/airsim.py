@@ -16,7 +16,7 @@ from support.log_limit import Trouble
 from support.pose import Pose
 from support.rotations import to_body
 from tasks.pose_history import PoseHistory
-from tasks.simulated_world import TrueState, world_of
+from tasks.simulated_world import TrueState, simulated_state, world_of
 from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_from_poses
 from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
 from tasks.vision.cameras.camera_metadata import camera_frame_message
@@ -256,10 +256,9 @@ class AirSim(ImageSaverTask):
         """State relative to the start of the vehicle; AirSim's air does not move."""
         home, body = self._client.home, Pose.from_transform(pose_transform(motion.position, motion.orientation))
         speed, rates = motion.linear_velocity, motion.angular_velocity
-        u, v, w = to_body(body.rotation, (speed.x_val, speed.y_val, speed.z_val))
-        x, y, z, phi, theta, psi = body
-        found = imc.SimulatedState(x=x, y=y, z=z, phi=phi, theta=theta, psi=psi, u=u, v=v, w=w)
-        found = found.replace(p=rates.x_val, q=rates.y_val, r=rates.z_val)
+        velocity = to_body(body.rotation, (speed.x_val, speed.y_val, speed.z_val))
+        turn = rates.x_val, rates.y_val, rates.z_val
+        found = simulated_state(body.position, velocity, (body.phi, body.theta, body.psi), turn)
         if home is None:
             return found
         return found.replace(lat=math.radians(home.latitude), lon=math.radians(home.longitude), height=home.altitude)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 
 import imc
-from autonomy.control import EnabledLoops
 from autonomy.guidance import (
     AlongTrack,
     BottomGuard,
@@ -17,16 +16,16 @@ from autonomy.guidance import (
     TrackGuidanceGains,
     circle_side,
     eta_field,
-    is_valid_path,
     length_violation,
     loiters_here,
     path_control_state,
 )
 from imc.coordinates import absolute_position
-from runtime import State, Task, consume, param, periodic
+from runtime import State, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import wrap
 from support.wgs84 import offset
+from tasks.control.desired_path_task import EARLY, DesiredPathTask
 
 Flags = imc.DesiredPath.Flags
 Loops = imc.CLoopsMask
@@ -36,10 +35,9 @@ Z_LOOPS: Mapping[int, int] = {imc.ZUnits.DEPTH: Loops.DEPTH, imc.ZUnits.ALTITUDE
 RECENT = 1.0  # s
 LONGEST_BRAKE = 30.0  # s
 SILENCE = 2.0  # s without EstimatedState
-EARLY = 1e-3  # s; a state may come this much early for its cycle
 
 
-class PathFollowerTask(Task):
+class PathFollowerTask(DesiredPathTask):
     """Follows DesiredPath while the loop PATH is enabled: publishes DesiredHeading, DesiredZ and DesiredSpeed.
 
     Enables the loops that it needs in the scope of the maneuver, publishes PathControlState, and is in ERROR if the
@@ -48,9 +46,6 @@ class PathFollowerTask(Task):
 
     control_frequency: float = param(
         10.0, "Hz", "Highest rate of DesiredHeading; 0 or less for that of EstimatedState.", maximum=1000
-    )
-    report_frequency: float = param(
-        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.001, maximum=1000
     )
     course_control: bool = param(True, "", "Control the course instead of the heading.")
     eta_minimum_speed: float = param(
@@ -118,13 +113,10 @@ class PathFollowerTask(Task):
         )
 
     def start(self) -> None:
-        self._loops = EnabledLoops(Loops.PATH)
+        super().start()
         self._enabled = 0
         self._uncertainty = 0.0
-        self._waiting: imc.DesiredPath | None = None
-        self._path: imc.DesiredPath | None = None
         self._before: imc.DesiredPath | None = None
-        self._state: imc.EstimatedState | None = None
         self._guidance.begin(Track((0.0, 0.0), (0.0, 0.0)))
         self._cycled = self._left = -math.inf
         self.set_entity_state(State.NORMAL, "idle")
@@ -154,40 +146,21 @@ class PathFollowerTask(Task):
     def restart_divergence_monitor(self, brake: imc.Brake) -> None:
         self._divergence.restart(self.now_without_stalls + (LONGEST_BRAKE if brake.op == imc.Brake.Op.START else 0.0))
 
-    @consume
-    def follow_path(self, path: imc.DesiredPath) -> None:
-        """Follow a path, as soon as there is an EstimatedState."""
-        if not self._loops.mask:
-            return
-        if not is_valid_path(path):
-            self._fail("the desired path has an invalid position or number")
-        elif self._state is None:
-            self._waiting = path
-        else:
-            self._follow(path, self._state)
-
-    @consume
-    def steer(self, state: imc.EstimatedState) -> None:
-        before, self._state = self._state, state
-        if self._waiting is not None:
-            path, self._waiting = self._waiting, None
-            self._follow(path, state)
-        if self._path is None:
-            return
+    def steer_along(self, path: imc.DesiredPath, before: imc.EstimatedState | None, state: imc.EstimatedState) -> None:
         if before is not None and (before.lat, before.lon) != (state.lat, state.lon):
-            self._guidance.update_track_coordinates(self._track_of(self._path, state))
+            self._guidance.update_track_coordinates(self._track_of(path, state))
         elif before is not None:
             self._notice_jump(math.hypot(state.x - before.x, state.y - before.y))
         if self.control_frequency <= 0.0 or state.timestamp - self._cycled >= 1.0 / self.control_frequency - EARLY:
             self._cycled = state.timestamp
-            self._cycle(self._path, state)
+            self._cycle(path, state)
 
     @periodic(1.0)
     def watch_navigation(self) -> None:
         if self._path is not None and self._state is not None and self.age(self._state.timestamp) > SILENCE:
-            self._fail("EstimatedState is missing")
+            self.fail("EstimatedState is missing")
 
-    def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+    def begin_path(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         start_lat, start_lon = self._start_of(path, state)
         end_lat, end_lon = path.end_lat, path.end_lon
         if loiters_here(path):
@@ -198,7 +171,7 @@ class PathFollowerTask(Task):
         distance = math.dist(at, track.end)
         is_point = track.length == 0.0 and path.lradius <= 0.0
         if violation := length_violation(distance if is_point else track.length):
-            self._fail(violation)
+            self.fail(violation)
             return
         loitering = path.lradius > 0.0 and (
             distance <= path.lradius or (still and 0.75 * path.lradius <= distance <= 1.25 * path.lradius)
@@ -260,8 +233,7 @@ class PathFollowerTask(Task):
             self._ended = state.timestamp if guidance.near else self._ended
             self._reported = -math.inf
         self.publish(imc.DesiredHeading(value=heading))
-        if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
-            self._reported = state.timestamp
+        if self.is_report_due(state):
             self._report(path, state)
         self._supervise()
         if self.watch_bottom and self._enabled & DEPTH and self._bottom.update(path.end_z, state.depth, state.alt):
@@ -290,18 +262,13 @@ class PathFollowerTask(Task):
     def _supervise(self) -> None:
         guidance = self._guidance
         if guidance.near and self.age(self._ended) > self.new_reference_timeout:
-            self._fail("expected new path control reference")
+            self.fail("expected new path control reference")
         elif not guidance.loitering and not guidance.near:
             error = self._divergence.error_text(
                 self.now_without_stalls, guidance.where, guidance.target, self._uncertainty
             )
             if error:
-                self._fail(error)
-
-    def _fail(self, reason: str) -> None:
-        if self.entity.state is not State.ERROR:
-            self.log.error(reason)
-        self.set_entity_state(State.ERROR, reason)
+                self.fail(error)
 
     def _switch(self, enable: int, mask: int) -> None:
         self.publish(imc.ControlLoops(enable=enable, mask=mask, scope_ref=self._loops.scope))

@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import partial
 
 import imc
-from autonomy.control import EnabledLoops
 from autonomy.guidance import (
     NOWHERE,
     AlongTrack,
@@ -21,17 +20,17 @@ from autonomy.guidance import (
     circle_side,
     eta_field,
     ground_z,
-    is_valid_path,
     length_violation,
     loiters_here,
     path_control_state,
 )
 from autonomy.limits import OperatingLimits
-from runtime import State, Task, consume, param
+from runtime import State, consume, param
 from runtime.vehicle import general_number
 from support.planar_geometry import along_and_across
 from support.rotations import wrap
 from support.wgs84 import offset
+from tasks.control.desired_path_task import DesiredPathTask
 
 Flags = imc.DesiredPath.Flags
 Loops = imc.CLoopsMask
@@ -40,10 +39,9 @@ WANTED = int(Loops.VELOCITY | Loops.YAW)
 Axes = imc.DesiredVelocity.Flags
 ALL_AXES = int(Axes.SURGE | Axes.SWAY | Axes.HEAVE)
 PATIENCE = 3.0  # s without ArmingState, which comes once per second
-EARLY = 1e-3  # s; a report may come this much early
 
 
-class Path(Task):
+class Path(DesiredPathTask):
     """Follows DesiredPath while the loop PATH is enabled: publishes DesiredVelocity and DesiredHeading.
 
     A path is a straight line in space from the end of the last path to its own end, where the vehicle stops; with a
@@ -52,9 +50,6 @@ class Path(Task):
     followed, straight up; a path with the flag LAND descends at its end. The entity is in ERROR without progress.
     """
 
-    report_frequency: float = param(
-        1.0, "Hz", "Rate of PathControlState.", name="State Report Frequency", minimum=0.1, maximum=100
-    )
     near_radius: float = param(
         1.5, "m", "A path is done within this distance of its end.", name="Radius To Endpoint", minimum=0.1
     )
@@ -99,13 +94,10 @@ class Path(Task):
         )
 
     def start(self) -> None:
-        self._loops = EnabledLoops(Loops.PATH)
+        super().start()
         self._enabled = self._stands = False
         self._guidance.begin(NOWHERE, None, 0.0)
-        self._waiting: imc.DesiredPath | None = None
-        self._path: imc.DesiredPath | None = None
-        self._state: imc.EstimatedState | None = None
-        self._reported, self._received_at = -math.inf, math.inf
+        self._received_at = math.inf
         self.set_entity_state(State.NORMAL, "idle")
 
     @consume
@@ -131,40 +123,24 @@ class Path(Task):
         """A disarmed vehicle is on the ground."""
         self._stands, self._received_at = arming.state == imc.ArmingState.State.DISARMED, self.now
 
-    @consume
-    def follow_path(self, path: imc.DesiredPath) -> None:
-        """Follow a path, as soon as there is an EstimatedState."""
-        if not self._loops.mask:
-            return
-        if not is_valid_path(path):
-            self._fail("the desired path has an invalid position or number")
-        elif path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
-            self._fail("an aerial vehicle cannot go to a depth")
-        elif path.speed_units != imc.SpeedUnits.METERS_PS:
-            self._fail("the speed of an aerial vehicle must be in m/s")
-        elif self._state is None:
-            self._waiting = path
-        else:
-            self._follow(path, self._state)
+    def path_fault(self, path: imc.DesiredPath) -> str:
+        if fault := super().path_fault(path):
+            return fault
+        if path.end_z_units == Units.DEPTH and not path.flags & Flags.NO_Z:
+            return "an aerial vehicle cannot go to a depth"
+        return "" if path.speed_units == imc.SpeedUnits.METERS_PS else "the speed of an aerial vehicle must be in m/s"
 
-    @consume
-    def steer(self, state: imc.EstimatedState) -> None:
-        before, self._state = self._state, state
-        if self._waiting is not None:
-            path, self._waiting = self._waiting, None
-            self._follow(path, state)
-        if self._path is None:
-            return
+    def steer_along(self, path: imc.DesiredPath, before: imc.EstimatedState | None, state: imc.EstimatedState) -> None:
         if before is not None and (before.lat, before.lon, before.height) != (state.lat, state.lon, state.height):
-            self._fail("the reference position has changed")
-        elif self._stands and not self._path.flags & (Flags.TAKEOFF | Flags.LAND):
-            self._fail("on the ground: take off first")
+            self.fail("the reference position has changed")
+        elif self._stands and not path.flags & (Flags.TAKEOFF | Flags.LAND):
+            self.fail("on the ground: take off first")
         elif self.age(self._received_at) > PATIENCE:
-            self._fail("no ArmingState from the autopilot")
+            self.fail("no ArmingState from the autopilot")
         else:
-            self._cycle(self._path, state)
+            self._cycle(path, state)
 
-    def _follow(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
+    def begin_path(self, path: imc.DesiredPath, state: imc.EstimatedState) -> None:
         at, guidance = (state.x, state.y, state.z), self._guidance
         before, ended = guidance.line.end, guidance.near and not guidance.loitering
         resumes = self._path is not None and ended and not path.flags & Flags.DIRECT
@@ -175,7 +151,7 @@ class Path(Task):
         north, east = at[:2] if here else self._over_ground(state, path.end_lat, path.end_lon)
         end = north, east, self._down(path, state)
         if violation := length_violation(math.dist(start, end)):
-            self._fail(violation)
+            self.fail(violation)
             return
         circle = Circle(end, path.lradius, circle_side(path)) if path.lradius > 0.0 else None
         takes_off, lands = bool(path.flags & Flags.TAKEOFF), bool(path.flags & Flags.LAND)
@@ -232,13 +208,12 @@ class Path(Task):
         self.publish(imc.DesiredVelocity(u=ahead, v=starboard, w=wanted[2], flags=ALL_AXES))
         self.publish(imc.DesiredHeading(value=guidance.heading))
         where = guidance.progress(state)
-        if state.timestamp - self._reported >= 1.0 / self.report_frequency - EARLY:
-            self._reported = state.timestamp
+        if self.is_report_due(state):
             self._report(path, where, state, speed)
         if not guidance.near and not guidance.loitering:
             error = self._divergence.error_text(self.now, where, where.course, 0.0)
             if error:
-                self._fail(error)
+                self.fail(error)
 
     def _report(self, path: imc.DesiredPath, where: PathProgress, state: imc.EstimatedState, speed: float) -> None:
         guidance = self._guidance
@@ -257,11 +232,9 @@ class Path(Task):
             )
         )
 
-    def _fail(self, reason: str) -> None:
+    def fail(self, reason: str) -> None:
         self._path = None
-        if self.entity.state is not State.ERROR:
-            self.log.error(reason)
-        self.set_entity_state(State.ERROR, reason)
+        super().fail(reason)
 
     def _switch(self, enable: int) -> None:
         self.publish(imc.ControlLoops(enable=enable, mask=WANTED, scope_ref=self._loops.scope))
