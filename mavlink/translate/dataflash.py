@@ -1,14 +1,13 @@
 """Translates the records of an ArduPilot DataFlash log to IMC."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from types import SimpleNamespace
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import imc
 from mavlink.dataflash import DataFlash
-from mavlink.log_record_scanner import LogRecord
 from mavlink.modes import ARDUPILOT, CUSTOM_MODE, mode_name
+from mavlink.translate.log_translator import LogTranslator
 from mavlink.translate.measurements_to_imc import (
     AUTOPILOT,
     BATTERIES,
@@ -18,13 +17,11 @@ from mavlink.translate.measurements_to_imc import (
     GPS,
     IMU,
     LAST_TIME,
-    LONGEST_EXTRAPOLATION,
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
     GpsMeasurement,
     LoggedFlight,
-    ParameterBatch,
     TranslatedMessages,
     battery_messages,
     estimated_state,
@@ -34,10 +31,8 @@ from mavlink.translate.measurements_to_imc import (
     numbered_label,
     pressure_messages,
     range_message,
-    with_times,
 )
 from support.rotations import Vector
-from support.wgs84 import displace
 
 BUILDS = {1: 10, 2: 2, 3: 1, 4: 5, 7: SUBMARINE, 12: 7, 13: 4}
 """VER.BU -> MAV_TYPE."""
@@ -91,26 +86,23 @@ def _start(time: float, values: Mapping[str, Any]) -> float | None:
     return utc - time if utc is not None and FIRST_TIME < utc < LAST_TIME else None
 
 
-class DataFlashTranslator:
+class DataFlashTranslator(LogTranslator):
     """Turns the records of one log into IMC, each with the label of the entity that sends it.
 
     ATT gives EstimatedState, its position extrapolated from the last POS, its velocity that of the EKF in use. Heights
     are above mean sea level, except those of a GPS with a geoid. enumerations: those of the dialect.
     """
 
+    parameter_record = "PARM"
+
     def __init__(self, flight: LoggedFlight, enumerations: Mapping[str, Mapping[int, str]]) -> None:
-        self._flight = flight
         self._enumerations = enumerations
-        self._parameters = ParameterBatch()
         self._place: tuple[float, Any] | None = None
         self._velocity: Vector | None = None
         self._ground_velocity: Vector = (0.0, 0.0, 0.0)
-        self._rates: Vector = (0.0, 0.0, 0.0)
         self._core = 0
-        self._altitude = -1.0
         self._accuracy: dict[int, Any] = {}
-        self._time = 0.0
-        self._handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
+        handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
             "ATT": self._attitude,
             "POS": self._position,
             "XKF1": self._filter,
@@ -137,27 +129,7 @@ class DataFlashTranslator:
             "EV": lambda m: [(AUTOPILOT, log_entry(6, "EV", EVENTS.get(m.Id, f"event {m.Id}")))],
             "PARM": lambda m: self._parameters.add(m.Name, m.Value),
         }
-
-    @property
-    def record_names(self) -> frozenset[str]:
-        """Names of the records that are translated."""
-        return frozenset(self._handlers)
-
-    def translate(self, record: LogRecord) -> Iterator[tuple[str, imc.Message]]:
-        """A record in IMC: labels of entities, and messages with their time in s since 1970 UTC.
-
-        Without a GPS, times count from the start of the autopilot. A record that lacks a field is skipped: raises
-        AttributeError.
-        """
-        self._time = record.time
-        time = record.time + (self._flight.start or 0.0)
-        messages = self._handlers[record.name](SimpleNamespace(**record.values))
-        waiting = self._parameters.flush() if record.name != "PARM" else ()
-        yield from with_times([*waiting, *messages], time, record.time)
-
-    def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
-        """Remaining messages at the end of the log."""
-        yield from with_times(self._parameters.flush(), time, self._time)
+        super().__init__(flight, handlers)
 
     def _attitude(self, m: Any) -> TranslatedMessages:
         attitude = (math.radians(m.Roll), math.radians(m.Pitch), math.remainder(math.radians(m.Yaw), math.tau))
@@ -165,11 +137,9 @@ class DataFlashTranslator:
         if self._place is None:
             return
         since, place = self._place
-        age = self._time - since
-        age = age if 0.0 <= age <= LONGEST_EXTRAPOLATION else 0.0
         velocity = self._velocity or self._ground_velocity
-        north, east, down = (speed * age for speed in velocity)
-        where = displace(math.radians(place.Lat), math.radians(place.Lng), place.Alt, north, east, down)
+        before = math.radians(place.Lat), math.radians(place.Lng), place.Alt
+        where, down = self._extrapolated(since, before, velocity)
         depth = -1.0
         if self._flight.type == SUBMARINE:
             depth = max(0.0, down - getattr(place, "RelHomeAlt", getattr(place, "RelAlt", place.Alt)))

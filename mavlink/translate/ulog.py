@@ -1,12 +1,13 @@
 """Translates the topics of a PX4 ULog file to IMC."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 import imc
 from mavlink.log_record_scanner import LogRecord
+from mavlink.translate.log_translator import LogTranslator
 from mavlink.translate.measurements_to_imc import (
     AUTOPILOT,
     BATTERIES,
@@ -15,13 +16,11 @@ from mavlink.translate.measurements_to_imc import (
     GPS,
     IMU,
     LAST_TIME,
-    LONGEST_EXTRAPOLATION,
     NAVIGATION,
     PRESSURE,
     SUBMARINE,
     GpsMeasurement,
     LoggedFlight,
-    ParameterBatch,
     TranslatedMessages,
     battery_messages,
     estimated_state,
@@ -31,11 +30,9 @@ from mavlink.translate.measurements_to_imc import (
     numbered_label,
     pressure_messages,
     range_message,
-    with_times,
 )
 from mavlink.ulog import DROPOUT, PARAMETER, TEXT, ULog
 from support.rotations import Vector, euler_from_quaternion
-from support.wgs84 import displace
 
 MODES = {
     **{0: "MANUAL", 1: "ALTCTL", 2: "POSCTL", 3: "MISSION", 4: "LOITER", 5: "RTL", 6: "POSITION_SLOW", 10: "ACRO"},
@@ -65,28 +62,26 @@ def scan_ulog(log: ULog) -> LoggedFlight:
     return flight
 
 
-class ULogTranslator:
+class ULogTranslator(LogTranslator):
     """Turns the topics of one log into IMC, each with the label of the entity that sends it.
 
     vehicle_attitude gives EstimatedState, its position extrapolated from the last vehicle_global_position. Heights are
     above mean sea level, except those of a GPS with a geoid.
     """
 
+    parameter_record = PARAMETER
+
     def __init__(self, flight: LoggedFlight) -> None:
-        self._flight = flight
-        self._parameters = ParameterBatch()
         self._place: tuple[float, Vector] | None = None
         self._velocity: Vector = (0.0, 0.0, 0.0)
-        self._rates: Vector = (0.0, 0.0, 0.0)
-        self._altitude = self._depth = -1.0
+        self._depth = -1.0
         self._mode: imc.AutopilotMode | None = None
         self._armed = False
         self._gps_name = ""
-        self._time = 0.0
         self.dropped: float = 0.0
         """Seconds that the logger of PX4 has missed."""
 
-        self._handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
+        handlers: dict[str, Callable[[Any], TranslatedMessages]] = {
             "vehicle_attitude": self._attitude,
             "vehicle_angular_velocity": self._angular_velocity,
             "vehicle_global_position": self._global_position,
@@ -106,26 +101,10 @@ class ULogTranslator:
             PARAMETER: lambda m: self._parameters.add(m.key, m.value),
             DROPOUT: self._dropout,
         }
+        super().__init__(flight, handlers)
 
-    @property
-    def record_names(self) -> frozenset[str]:
-        """Names of the records that are translated."""
-        return frozenset(self._handlers)
-
-    def translate(self, record: LogRecord) -> Iterator[tuple[str, imc.Message]]:
-        """A record in IMC: labels of entities, and messages with their time in s since 1970 UTC.
-
-        Without a GPS, times count from the start of the autopilot. Raises AttributeError if it lacks a field.
-        """
-        self._time = record.time
-        time = record.time + (self._flight.start or 0.0)
-        messages = self._handlers[record.name](SimpleNamespace(**record.values, number=record.instance))
-        waiting = self._parameters.flush() if record.name != PARAMETER else ()
-        yield from with_times([*waiting, *messages], time, record.time)
-
-    def finish(self, time: float) -> Iterator[tuple[str, imc.Message]]:
-        """Remaining messages at the end of the log."""
-        yield from with_times(self._parameters.flush(), time, self._time)
+    def _fields(self, record: LogRecord) -> SimpleNamespace:
+        return SimpleNamespace(**record.values, number=record.instance)
 
     def _attitude(self, m: Any) -> TranslatedMessages:
         if m.number:
@@ -137,9 +116,7 @@ class ULogTranslator:
         if self._place is None:
             return
         since, place = self._place
-        age = self._time - since
-        north, east, down = (speed * (age if 0.0 <= age <= LONGEST_EXTRAPOLATION else 0.0) for speed in self._velocity)
-        where = displace(*place, north, east, down)
+        where, _ = self._extrapolated(since, place, self._velocity)
         yield NAVIGATION, estimated_state(where, attitude, self._velocity, self._rates, self._depth, self._altitude)
 
     def _angular_velocity(self, m: Any) -> TranslatedMessages:
