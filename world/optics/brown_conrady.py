@@ -8,10 +8,16 @@ from typing import Any
 import numpy as np
 
 from world.optics.camera_model import Bools, CameraModel, Floats
-from world.optics.plane_inversion import Slope, distortion_jacobian, invert_distortion
+from world.optics.plane_inversion import (
+    WIDEST,
+    Slope,
+    distortion_jacobian,
+    fold_angle,
+    invert_distortion,
+    points_before_lens,
+)
 
 FIT_POINTS = 40  # across a picture
-WIDEST = 100.0  # of the focal length: 89.4° off the axis
 
 
 @dataclass(frozen=True)
@@ -35,12 +41,11 @@ class PinholeModel(CameraModel):
     @property
     def fold_angle(self) -> float | None:
         """The angle (rad) off the axis from which on the picture would fold back; None if it does not."""
-        return math.atan(math.sqrt(self._edge)) if self._edge < WIDEST**2 else None
+        return fold_angle(self._edge)
 
     def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
-            valid = (points[..., 2] > 0.0) & (x * x + y * y < self._edge)
+            x, y, valid = points_before_lens(points, self._edge)
             return self._bent(x, y), valid
 
     def unproject_from_unit_plane(self, places: Floats) -> tuple[Floats, Bools]:

@@ -1,5 +1,6 @@
 """Lenses that move places in the plane of focal length 1: their derivatives, and the way back by Newton's method."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -8,9 +9,21 @@ from world.optics.camera_model import Bools, Floats, normalize
 
 NEWTON_STEPS = 20
 EXACT = 1e-12  # of the focal length
+WIDEST = 100.0  # of the focal length: 89.4° off the axis
 
 Slope = tuple[Floats, Floats, Floats, Floats]
 """Derivatives (...): of x by x, of x by y, of y by x, of y by y."""
+
+
+def fold_angle(edge: float) -> float | None:
+    """The angle (rad) off the axis of the squared radius `edge`, from which on a picture folds; None beyond WIDEST."""
+    return math.atan(math.sqrt(edge)) if edge < WIDEST**2 else None
+
+
+def points_before_lens(points: Floats, edge: float) -> tuple[Floats, Floats, Bools]:
+    """Places x and y (...) in the plane before a lens of points (..., 3), and which of them it does not fold."""
+    x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
+    return x, y, (points[..., 2] > 0.0) & (x * x + y * y < edge)
 
 
 def distortion_jacobian(slope: Callable[[Floats, Floats], Slope], points: Floats) -> Floats:

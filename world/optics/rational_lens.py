@@ -7,9 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from world.optics.brown_conrady import WIDEST, fit_radtan
+from world.optics.brown_conrady import fit_radtan
 from world.optics.camera_model import Bools, CalibrationError, CameraModel, Floats
-from world.optics.plane_inversion import Slope, distortion_jacobian, invert_distortion
+from world.optics.plane_inversion import (
+    WIDEST,
+    Slope,
+    distortion_jacobian,
+    fold_angle,
+    invert_distortion,
+    points_before_lens,
+)
 
 TABLE = 4096
 LARGEST_MISFIT = 0.5  # px rms, of a lens that stands for this one in programs without it
@@ -52,12 +59,11 @@ class RationalModel(CameraModel):
 
     @property
     def fold_angle(self) -> float | None:
-        return math.atan(math.sqrt(self._edge)) if self._edge < WIDEST**2 else None
+        return fold_angle(self._edge)
 
     def project_to_unit_plane(self, points: Floats) -> tuple[Floats, Bools]:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
-            valid = (points[..., 2] > 0.0) & (x * x + y * y < self._edge)
+            x, y, valid = points_before_lens(points, self._edge)
             places, ahead = _map(self._tilt, self._bent(x, y))
             return places, valid & (ahead > 0.0)
 

@@ -1,11 +1,12 @@
 """The settings of a camera by MAVLink's extended parameters, which can also be texts and lists."""
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
+from mavlink.vehicle.parameters.named_parameters import NamedParameter, NamedParameters
 from mavlink.vehicle.parameters.names import parameter_ids
 from mavlink.vehicle.parameters.table import HIGHEST, INT32, LOWEST, REAL32, shortest_float32
 from support.text_length import CUT, clip_utf8
@@ -16,17 +17,8 @@ PACKED = {INT32: struct.Struct("<i"), REAL32: struct.Struct("<f")}
 
 
 @dataclass(frozen=True, slots=True)
-class ExtendedParameter:
-    """One parameter of a camera: its MAVLink name, index and type."""
-
-    id: str
-    index: int
-    type: int
-    view: ParameterView
-
-    @property
-    def declaration(self) -> ParameterDeclaration:
-        return self.view.declaration
+class ExtendedParameter(NamedParameter):
+    """One parameter of a camera."""
 
     @property
     def text(self) -> str:
@@ -57,27 +49,19 @@ class ExtendedParameter:
         return parameter.format(parameter.check(parameter.type(shortest_float32(value) if kind == REAL32 else value)))
 
 
-class ExtendedParameterTable:
+class ExtendedParameterTable(NamedParameters[ExtendedParameter]):
     """The editable ones among parameters, by MAVLink's names: numbers and booleans, all others as texts."""
 
     def __init__(self, parameters: Iterable[ParameterView]):
         self._views = {view.declaration.name: view for view in parameters}
         editable = {name: view for name, view in self._views.items() if view.declaration.editable}
         named = parameter_ids(("", name) for name in editable)
-        self._settings = [
+        settings = [
             ExtendedParameter(name, index, _kind(editable[parameter].declaration), editable[parameter])
             for index, ((_, parameter), name) in enumerate(named.items())
         ]
-        self._by_id = {setting.id.encode(): setting for setting in self._settings}
-
-    def __len__(self) -> int:
-        return len(self._settings)
-
-    def __iter__(self) -> Iterator[ExtendedParameter]:
-        return iter(self._settings)
-
-    def at(self, index: int) -> ExtendedParameter | None:
-        return self._settings[index] if 0 <= index < len(self._settings) else None
+        super().__init__(settings)
+        self._by_id = {setting.id.encode(): setting for setting in settings}
 
     def named(self, name: bytes) -> ExtendedParameter | None:
         return self._by_id.get(name)

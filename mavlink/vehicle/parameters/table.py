@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from mavlink import Flavor
 from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
+from mavlink.vehicle.parameters.named_parameters import NamedParameter, NamedParameters
 from mavlink.vehicle.parameters.names import STANDARD, parameter_ids
 
 INT32, REAL32 = 6, 9
@@ -27,17 +28,8 @@ class ParameterRefusal(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterEntry:
-    """One parameter: its MAVLink name, index and type."""
-
-    id: str
-    index: int
-    type: int
-    view: ParameterView
-
-    @property
-    def declaration(self) -> ParameterDeclaration:
-        return self.view.declaration
+class ParameterEntry(NamedParameter):
+    """One parameter of the vehicle."""
 
     @property
     def value(self) -> int | float:
@@ -87,7 +79,7 @@ class ParameterEntry:
             raise ParameterRefusal(OUT_OF_RANGE, str(error)) from None
 
 
-class ParameterTable:
+class ParameterTable(NamedParameters[ParameterEntry]):
     """The parameters that ground stations may see and set; order and names stay the same while the vehicle runs.
 
     These are the editable numbers, booleans and choices of all tasks; MAVLink has no parameters for texts and lists.
@@ -99,27 +91,19 @@ class ParameterTable:
             for view in parameters
             if is_valid_mavlink_parameter(view.declaration, view.value())
         }
-        self._entries: list[ParameterEntry] = []
+        entries: list[ParameterEntry] = []
         for (pair, name), index in zip(parameter_ids(found).items(), range(len(found)), strict=True):
             view = found[pair]
             kind = REAL32 if view.declaration.type is float else INT32
-            self._entries.append(ParameterEntry(name, index, kind, view))
-        self._by_id = {entry.id: entry for entry in self._entries}
-        self._by_name = {(e.view.label, e.declaration.name): e for e in self._entries}
+            entries.append(ParameterEntry(name, index, kind, view))
+        super().__init__(entries)
+        self._by_id = {entry.id: entry for entry in entries}
+        self._by_name = {(e.view.label, e.declaration.name): e for e in entries}
         self._by_id |= {
             name: replace(self._by_name[pair], id=name, index=UNLISTED)
             for name, pair in STANDARD.items()
             if pair in self._by_name
         }
-
-    def __len__(self) -> int:
-        return len(self._entries)
-
-    def __iter__(self) -> Iterator[ParameterEntry]:
-        return iter(self._entries)
-
-    def at(self, index: int) -> ParameterEntry | None:
-        return self._entries[index] if 0 <= index < len(self._entries) else None
 
     def named(self, name: bytes) -> ParameterEntry | None:
         """The entry with a MAVLink name, or with a standard one, which the list does not have."""
