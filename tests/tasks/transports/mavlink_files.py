@@ -11,6 +11,8 @@ from mavlink import encode, split
 from mavlink.vehicle.files.ftp_messages import LAYOUT, NAK, FtpErrorCode, FtpOpcode
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.log_server import LogServer
+from mavlink.vehicle.files.virtual_files import VirtualFiles
+from tasks.transports.mavlink_links.ftp_folders import DiskFolders
 from tests.tasks.transports.mavlink_station import DIALECT, HOST
 
 SYSTEM = 26
@@ -21,6 +23,12 @@ TEXT = bytes(range(256)) * 4
 LOG = b"/logs/20240102/030405_dive/Data.lsf"
 HEARTBEAT = {"type": 12, "autopilot": 12, "base_mode": 1, "system_status": 3, "mavlink_version": 3}
 CAPABILITIES = 32 | 8192  # files, MAVLink 2
+
+
+def vehicle_files(folder):
+    """The files of a vehicle whose logs are in a folder, and whose folder of pictures is missing."""
+    folders = DiskFolders({"logs": folder / "logs", "@MAV_LOG": folder / "logs", "pictures": folder / "missing"})
+    return VirtualFiles({"general.json": lambda: b"{}", "@PARAM/param.pck": lambda: b"packed"}, folders)
 
 
 class Port(threading.Thread):

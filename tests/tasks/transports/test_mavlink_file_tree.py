@@ -11,7 +11,7 @@ from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode
 from mavlink.vehicle.files.ftp_server import FtpServer
 from mavlink.vehicle.files.virtual_files import VirtualFiles
 from tasks.transports.mavlink_links.ftp_folders import DiskFolders
-from tests.tasks.transports.mavlink_files import LOG, STATION, TEXT, ask, fill, listing, request, taken
+from tests.tasks.transports.mavlink_files import LOG, STATION, TEXT, ask, fill, listing, request, taken, vehicle_files
 
 
 @pytest.fixture(scope="module")
@@ -21,10 +21,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def tree(folder):
-    files = {"general.json": lambda: b"{}", "@PARAM/param.pck": lambda: b"packed"}
-    return VirtualFiles(
-        files, DiskFolders({"logs": folder / "logs", "@MAV_LOG": folder / "logs", "pictures": folder / "missing"})
-    )
+    return vehicle_files(folder)
 
 
 @pytest.fixture

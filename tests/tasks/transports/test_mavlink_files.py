@@ -8,9 +8,7 @@ import pytest
 from mavlink.vehicle.files import ftp_server as limits
 from mavlink.vehicle.files.ftp_messages import FtpErrorCode, FtpOpcode, checksum
 from mavlink.vehicle.files.ftp_server import FtpServer
-from mavlink.vehicle.files.virtual_files import VirtualFiles
-from tasks.transports.mavlink_links.ftp_folders import DiskFolders
-from tests.tasks.transports.mavlink_files import LOG, STATION, TEXT, ask, fill, request, taken
+from tests.tasks.transports.mavlink_files import LOG, STATION, TEXT, ask, fill, request, taken, vehicle_files
 
 OTHER = (245, 190)
 
@@ -22,10 +20,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def tree(folder):
-    files = {"general.json": lambda: b"{}", "@PARAM/param.pck": lambda: b"packed"}
-    return VirtualFiles(
-        files, DiskFolders({"logs": folder / "logs", "@MAV_LOG": folder / "logs", "pictures": folder / "missing"})
-    )
+    return vehicle_files(folder)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from imc import coordinates
 from mavlink import encode, load_dialect, split
 from tests.mavlink.vehicle.desk import open_session
 from tests.tasks.transports.mavlink_station import deliver
-from tests.tasks.transports.test_mavlink_vehicles import Commanded
+from tests.tasks.transports.test_mavlink_vehicles import Commanded, commanded
 
 DIALECT = load_dialect()
 
@@ -55,12 +55,8 @@ class Helmsman:
 
 @pytest.fixture(params=["lauv-noptilus-1", "otter"])
 def flown(request, tmp_path):
-    found = Commanded(request.param, tmp_path)
-    found.profile = request.param
-    found.vehicle.start()
-    found.vehicle.run(15.0)
-    yield found
-    found.vehicle.close()
+    with commanded(request.param, tmp_path) as found:
+        yield found
 
 
 @pytest.mark.heavy

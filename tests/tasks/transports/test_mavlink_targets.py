@@ -15,7 +15,7 @@ from shoal.missions import prepare
 from support import wgs84
 from tests.outside import free_port
 from tests.tasks.transports.test_mavlink_manual import Helmsman
-from tests.tasks.transports.test_mavlink_vehicles import PATIENCE, Commanded
+from tests.tasks.transports.test_mavlink_vehicles import PATIENCE, commanded
 
 POSITION_ONLY = 0xFF8
 GUIDED = {"lauv-noptilus-1": 4, "otter": 15}
@@ -23,12 +23,8 @@ GUIDED = {"lauv-noptilus-1": 4, "otter": 15}
 
 @pytest.fixture(params=GUIDED)
 def flown(request, tmp_path):
-    found = Commanded(request.param, tmp_path)
-    found.profile = request.param
-    found.vehicle.start()
-    found.vehicle.run(15.0)
-    yield found
-    found.vehicle.close()
+    with commanded(request.param, tmp_path) as found:
+        yield found
 
 
 def away(flown):

@@ -8,7 +8,7 @@ import imc
 from mavlink import encode, split
 from tests.tasks.transports.mavlink_station import deliver
 from tests.tasks.transports.test_mavlink_manual import DIALECT, Helmsman
-from tests.tasks.transports.test_mavlink_vehicles import Commanded
+from tests.tasks.transports.test_mavlink_vehicles import Commanded, commanded
 
 SHIPPED = {"lauv-noptilus-1": -3.0, "otter": 0.0, "hexa-00": 15.0}
 ACCEPTED, DENIED, INVALID = 0, 2, 5
@@ -68,12 +68,9 @@ class Console(Helmsman):
 
 @pytest.fixture(params=SHIPPED)
 def flown(request, tmp_path):
-    found = Commanded(request.param, tmp_path)
-    found.profile, found.z = request.param, SHIPPED[request.param]
-    found.vehicle.start()
-    found.vehicle.run(15.0)
-    yield found
-    found.vehicle.close()
+    with commanded(request.param, tmp_path) as found:
+        found.z = SHIPPED[request.param]
+        yield found
 
 
 def away(flown, north, east):

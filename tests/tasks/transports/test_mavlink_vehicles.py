@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 import threading
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -81,6 +82,17 @@ class Commanded:
             if condition():
                 return
             self.vehicle.run(1.0)
+
+
+@contextmanager
+def commanded(profile, folder):
+    """A vehicle that has run for 15 s and has no plan."""
+    found = Commanded(profile, folder)
+    found.profile = profile
+    found.vehicle.start()
+    found.vehicle.run(15.0)
+    yield found
+    found.vehicle.close()
 
 
 @pytest.mark.heavy
