@@ -13,6 +13,7 @@ import numpy as np
 import imc
 from runtime import Frame, ParameterError, State, Task, consume, param
 from runtime.task import SharedOption
+from support.log_limit import Trouble
 from tasks.pose_history import DURATION, PoseEstimate, PoseHistory
 from tasks.simulated_world import world_of
 from tasks.vision.detection_function import DetectionFunction, find_marks, load_detection_function
@@ -140,7 +141,7 @@ class MUGDetector(Task):
         self._held = list[tuple[FrameModel, list[ImageDetection]]]()
         self._last: dict[str, float] = {}
         self._received_at: dict[str, float] = {}
-        self._faults: dict[str, str] = {}
+        self._faults: dict[str, Trouble] = {}
         self.set_entity_state(State.BOOT, "waiting for frames")
 
     def after_restore(self) -> None:
@@ -276,9 +277,8 @@ class MUGDetector(Task):
 
     def _skip(self, camera: str, fault: str) -> None:
         self.skipped[fault] += 1
-        if self._faults.get(camera) != fault:
-            self.log.warning(f"{camera}: {fault}" if camera else fault)
-        self._faults[camera] = fault
+        text = f"{camera}: {fault}" if camera else fault
+        self._faults.setdefault(camera, Trouble()).report(fault, self.log.warning, text)
         self._report_state()
 
     def _report_state(self) -> None:
@@ -286,7 +286,8 @@ class MUGDetector(Task):
             if camera and self.age(self._received_at.get(camera, -math.inf)) > SILENT:
                 del self._faults[camera]
         if self._faults:
-            camera, fault = next(iter(self._faults.items()))
+            camera, trouble = next(iter(self._faults.items()))
+            fault = trouble.reason
             text = f"{camera}: {fault}" if camera else fault
             self.set_entity_state(State.FAULT, f"{text} ({self.skipped[fault]} skipped)")
             return

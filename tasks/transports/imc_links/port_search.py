@@ -9,6 +9,7 @@ from imc.discovery import Service
 from runtime import State, Task
 from runtime.network_interfaces import is_loopback_address
 from support.file_errors import describe_os_error
+from support.log_limit import Trouble
 from tasks.transports.imc_links.own_announce import EXTERNAL, LOCAL
 
 RETRY = 5.0  # s
@@ -49,21 +50,21 @@ def listening_socket(address: str, first: int, tries: int) -> socket.socket:
 
 
 def start_server(
-    task: Task, open_server: Callable[[], OpenedServer], started: Callable[[], object], reported: str = ""
+    task: Task, open_server: Callable[[], OpenedServer], started: Callable[[], object], trouble: Trouble | None = None
 ) -> None:
     """Open a server, run it in a thread of the task and announce it; then call `started`.
 
     If `open_server` raises OSError, or ValueError with a reason, the entity is in ERROR, the reason is logged unless it
-    is the one that was `reported` last, and it is tried again after 5 s.
+    is that of the last attempt, in `trouble`, and it is tried again after 5 s.
     """
+    trouble = trouble or Trouble()
     try:
         server = open_server()
     except (OSError, ValueError) as error:
         reason = describe_os_error(error) if isinstance(error, OSError) else str(error)
-        if reason != reported:
-            task.log.error(reason)
+        trouble.report(reason, task.log.error)
         task.set_entity_state(State.ERROR, reason)
-        task.after(RETRY, start_server, task, open_server, started, reason)
+        task.after(RETRY, start_server, task, open_server, started, trouble)
         return
     task.run_in_thread(server.run)
     announce_listening_service(task, server.service, server.wanted_port, server.risk)
