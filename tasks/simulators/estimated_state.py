@@ -118,8 +118,7 @@ class EstimatedState(Task):
         self._is_off_chart = log_unknown_depth(self, *place, self._is_off_chart)
         stream = self.current_north, self.current_east, 0.0
         moved, angles, rates = (m.north, m.east, m.depth), (m.phi, m.theta, m.psi), (m.p, m.q, m.r)
-        lat, lon = self.origin
-        self.publish(simulated_state(moved, (m.u, m.v, m.w), angles, rates, stream, lat=lat, lon=lon))
+        self.publish(simulated_state(moved, (m.u, m.v, m.w), angles, rates, stream, (*self.origin, 0.0)))
 
     @periodic("estimated_state_rate")
     def publish_estimated_state(self) -> None:

@@ -140,8 +140,9 @@ class UAV(PoweredDeviceTask):
             (craft.phi, craft.theta, craft.psi),
             (craft.p, craft.q, craft.r),
         )
-        start = {"timestamp": self._steps.time, "lat": origin.lat, "lon": origin.lon, "height": self.ground_height}
-        self.publish(simulated_state(place, craft.air_velocity, angles, rates, craft.wind, **start), keep_time=True)
+        start, time = (origin.lat, origin.lon, self.ground_height), self._steps.time
+        truth = simulated_state(place, craft.air_velocity, angles, rates, craft.wind, start, time)
+        self.publish(truth, keep_time=True)
 
     def _descend(self) -> None:
         craft = self.craft

@@ -199,8 +199,8 @@ class VSIM(PoweredDeviceTask):
         (x, y, z), velocity, angles, rates = self._motion()
         if self._has_chart:
             self._is_off_chart = log_unknown_depth(self, self._start[0] + x, self._start[1] + y, self._is_off_chart)
-        place = {"timestamp": self._steps.time, "lat": origin.lat, "lon": origin.lon, "height": origin.height}
-        self.publish(simulated_state((x, y, z), velocity, angles, rates, craft.stream, **place), keep_time=True)
+        start, time = (origin.lat, origin.lon, origin.height), self._steps.time
+        self.publish(simulated_state((x, y, z), velocity, angles, rates, craft.stream, start, time), keep_time=True)
 
     def _motion(self) -> BoatMotion | tuple[Vector, Vector, Vector, Vector]:
         craft = self.craft

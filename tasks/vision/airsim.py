@@ -258,10 +258,11 @@ class AirSim(ImageSaverTask):
         speed, rates = motion.linear_velocity, motion.angular_velocity
         velocity = to_body(body.rotation, (speed.x_val, speed.y_val, speed.z_val))
         turn = rates.x_val, rates.y_val, rates.z_val
-        found = simulated_state(body.position, velocity, (body.phi, body.theta, body.psi), turn)
-        if home is None:
-            return found
-        return found.replace(lat=math.radians(home.latitude), lon=math.radians(home.longitude), height=home.altitude)
+        start = (0.0, 0.0, 0.0)
+        if home is not None:
+            start = math.radians(home.latitude), math.radians(home.longitude), home.altitude
+        angles, still = (body.phi, body.theta, body.psi), (0.0, 0.0, 0.0)
+        return simulated_state(body.position, velocity, angles, turn, still, start)
 
 
 def _shoot(client: AirSimClient, panorama: CubeMapAssembler | None, pose: Pose | None) -> AirSimPicture | str:
