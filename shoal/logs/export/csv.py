@@ -1,10 +1,9 @@
 """Logs as comma-separated values (RFC 4180, UTF-8): one file per message type."""
 
 import csv
-from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TextIO
 
 import numpy as np
 
@@ -18,8 +17,8 @@ from shoal.logs.export.message_table import (
     Values,
     column_definitions,
     json_columns,
-    message_table,
 )
+from shoal.logs.export.text_files import write_text_files
 
 
 def export_csv(source: LogSource, folder: Path, progress: ReportProgress = lambda _: None) -> int:
@@ -29,21 +28,14 @@ def export_csv(source: LogSource, folder: Path, progress: ReportProgress = lambd
     the header, the fields. Numbers are as short as possible without loss, enumerations are numbers, raw data is
     hexadecimal, inline messages are JSON. Raises OSError.
     """
-    writers: dict[int, Any] = {}
-    rows = 0
-    with ExitStack() as stack:
-        for batch in source.batches(progress):
-            for group in source.groups(batch):
-                writer = writers.get(group.message.id)
-                if writer is None:
-                    path = folder / f"{group.message.abbrev}.csv"
-                    file = stack.enter_context(path.open("w", encoding="utf-8", newline=""))
-                    writer = writers[group.message.id] = csv.writer(file)
-                    writer.writerow(_heading(source.schema, group.message))
-                table = message_table(source, batch, group)
-                writer.writerows(zip(*_columns(source, table), strict=True))
-                rows += table.rows
-    return rows
+
+    def begin(file: TextIO, message: imc.MessageType) -> None:
+        csv.writer(file).writerow(_heading(source.schema, message))
+
+    def add(file: TextIO, table: MessageTable) -> None:
+        csv.writer(file).writerows(zip(*_columns(source, table), strict=True))
+
+    return write_text_files(source, lambda message: folder / f"{message.abbrev}.csv", "", begin, add, progress)
 
 
 def column_texts(values: Values, type_: str) -> list[str]:

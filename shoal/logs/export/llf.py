@@ -5,7 +5,6 @@ spaces, since they would break rows, and inline messages do not get rows of thei
 """
 
 import re
-from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TextIO
@@ -15,7 +14,8 @@ import numpy as np
 import imc
 from imc.lsf import ReportProgress
 from shoal.logs.export.message_batches import LogSource
-from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, MessageTable, Values, message_table
+from shoal.logs.export.message_table import HEADER, HEADER_TYPES, NUMPY, MessageTable, Values
+from shoal.logs.export.text_files import write_text_files
 
 _BREAKS = re.compile(r"[\t\r\n]")
 
@@ -25,22 +25,15 @@ def export_llf(source: LogSource, folder: Path, progress: ReportProgress = lambd
 
     Times are in s since `#startTime`, the start of the log. Raises OSError.
     """
-    files: dict[int, TextIO] = {}
-    rows = 0
     start = source.summary.start if source.summary.start == source.summary.start else 0.0
-    with ExitStack() as stack:
-        for batch in source.batches(progress):
-            for group in source.groups(batch):
-                file = files.get(group.message.id)
-                if file is None:
-                    path = folder / f"{group.message.abbrev}.llf"
-                    file = stack.enter_context(path.open("w", encoding="utf-8", newline="\r\n"))
-                    file.write(_heading(source.schema, group.message, start))
-                    files[group.message.id] = file
-                table = message_table(source, batch, group)
-                file.writelines("\t".join(row) + "\n" for row in zip(*_columns(table, start), strict=True))
-                rows += table.rows
-    return rows
+
+    def begin(file: TextIO, message: imc.MessageType) -> None:
+        file.write(_heading(source.schema, message, start))
+
+    def add(file: TextIO, table: MessageTable) -> None:
+        file.writelines("\t".join(row) + "\n" for row in zip(*_columns(table, start), strict=True))
+
+    return write_text_files(source, lambda message: folder / f"{message.abbrev}.llf", "\r\n", begin, add, progress)
 
 
 def _heading(schema: imc.Schema, message: imc.MessageType, start: float) -> str:
