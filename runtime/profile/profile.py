@@ -83,6 +83,11 @@ class Profile:
         """The folder in which relative paths of its values begin."""
         return self.path.parent
 
+    @property
+    def config_dirs(self) -> tuple[Path, ...]:
+        """The folders of --config-dir."""
+        return self._config_dirs
+
     def file_folders(self, option: Option) -> tuple[Path, ...]:
         """The folders in which a file is searched for that an option names.
 

@@ -99,7 +99,7 @@ class ConsoleServer:
             MapRoutes(network, tiles.overlays, plays_log=player is not None),
         ]
         if player is None:
-            self._parts += _live_parts(network, allows_forecasts=allows_forecasts)
+            self._parts += _live_parts(network, settings, allows_forecasts=allows_forecasts)
         else:
             self._parts += _log_parts(network, player, log_root)
         leases = authority.leases.view
@@ -196,7 +196,7 @@ class ConsoleServer:
             await asyncio.gather(server, *loops, return_exceptions=True)
 
 
-def _live_parts(network: Network, *, allows_forecasts: bool) -> list[PagePart]:
+def _live_parts(network: Network, settings: ProfileSettings | None, *, allows_forecasts: bool) -> list[PagePart]:
     """The views of vehicles that are there now."""
     systems = network.systems
     return [
@@ -205,7 +205,7 @@ def _live_parts(network: Network, *, allows_forecasts: bool) -> list[PagePart]:
         DiveCheckRoutes(network),
         PlanFiles(network),
         PlanFlights(network),
-        ForecastRoutes(network, is_allowed=allows_forecasts),
+        ForecastRoutes(network, settings, is_allowed=allows_forecasts),
     ]
 
 

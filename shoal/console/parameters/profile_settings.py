@@ -20,6 +20,14 @@ class ParameterSetting(NamedTuple):
     replaced: tuple[str, ...]
 
 
+class PresentOptions(NamedTuple):
+    """The path of a profile, the folders of --config-dir, and "Section:Option=value" for what its files have not."""
+
+    profile: str
+    folders: tuple[str, ...]
+    overrides: tuple[str, ...]
+
+
 class ProfileSettings:
     """The settings of all tasks of a vehicle that has not started yet, by label of the entity and name."""
 
@@ -28,6 +36,7 @@ class ProfileSettings:
         self._sections: dict[str, str] = {}
         self._settings: dict[str, dict[str, ParameterSetting]] = {}
         profile = vehicle.profile
+        self._profile: Profile | None = profile if isinstance(profile, Profile) else None
         if not isinstance(profile, Profile):
             return
         for task in vehicle.tasks:
@@ -53,6 +62,19 @@ class ProfileSettings:
     def section(self, label: str) -> str:
         """The section of the profile whose task has an entity; empty if there is none."""
         return self._sections.get(label, "")
+
+    def present_options(self) -> PresentOptions | None:
+        """The profile of the vehicle, with what it has now of the command line, saved values and orders."""
+        profile = self._profile
+        if profile is None:
+            return None
+        overrides = [
+            f"{section.name}:{option.name}={option.value}"
+            for section in list(profile.config.sections.values())
+            for option in list(section.options.values())  # the kernel's thread may add one
+            if option.history and (not option.origin.line or Path(option.origin.file).name == self._file.name)
+        ]
+        return PresentOptions(str(profile.path.absolute()), tuple(map(str, profile.config_dirs)), tuple(overrides))
 
     def saved(self, label: str) -> Mapping[str, str]:
         """Texts that are saved for the next start, by name; empty if the file cannot be read."""

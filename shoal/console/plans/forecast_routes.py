@@ -18,6 +18,7 @@ from shoal.console.json_request import Answer, json_object, json_response
 from shoal.console.owned_job import may_end
 from shoal.console.page_job import PageJob, PageJobError
 from shoal.console.page_part import PagePart
+from shoal.console.parameters.profile_settings import ProfileSettings
 from shoal.console.plans.forecast_summary import ForecastResult, describe_runs, enclosing_circles
 from shoal.console.plans.plan_flights import PROFILE_NAME
 from shoal.console.vehicle_view import RUNNING, position
@@ -63,11 +64,12 @@ class ForecastRoutes(PagePart):
     """Answers to the page about one vehicle at a time.
 
     A forecast is made again every 30 s, or as soon as the one before is finished, while a page asks for it. Who has
-    started it may replace it by another one, and who may maintain.
+    started it may replace it by another one, and who may maintain. `settings` are those of the profile, where the
+    vehicle runs in this process; others are asked for their parameters as the first one begins.
     """
 
-    def __init__(self, network: Network, *, is_allowed: bool = True) -> None:
-        self._network, self._is_allowed = network, is_allowed
+    def __init__(self, network: Network, settings: ProfileSettings | None = None, *, is_allowed: bool = True) -> None:
+        self._network, self._settings, self._is_allowed = network, settings, is_allowed
         self._worker = PageJob(WORKER)
         self._starting = asyncio.Lock()  # of two at once, the second one replaces the first
         self._loop: asyncio.Task[None] | None = None
@@ -79,6 +81,7 @@ class ForecastRoutes(PagePart):
         self._trouble = ""
         self._latest: ForecastView | None = None
         self._pause = PERIOD
+        self._parameters: Mapping[str, Mapping[str, str]] | None = None
         self.questions: Mapping[str, Answer] = {"/api/forecast": self._answer}
         self.orders: Mapping[str, Answer] = {"/api/forecast": self._start}
 
@@ -116,7 +119,7 @@ class ForecastRoutes(PagePart):
             return _refusal(f"the horizon is a number from {SHORTEST:g} to {LONGEST:g} s")
         if not _is_number(spread, 0.0, FASTEST_CURRENT):
             return _refusal(f"the current is a number from 0 to {FASTEST_CURRENT:g} m/s")
-        if not PROFILE_NAME.fullmatch(system.name):
+        if self._settings is None and not PROFILE_NAME.fullmatch(system.name):
             return _refusal(f"{printable(system.name)} is no name of a profile")
         wanted = system.name, float(horizon), float(spread)
         user = request.state.user
@@ -142,6 +145,7 @@ class ForecastRoutes(PagePart):
 
     async def _repeat(self, system: NetworkSystem, horizon: float, spread: float) -> None:
         """Make forecasts until nobody looks."""
+        self._parameters = None
         use = self._network.subscribe(system, (imc.EstimatedStreamVelocity, imc.NavigationUncertainty))
         try:
             while self._is_watched():
@@ -211,12 +215,13 @@ class ForecastRoutes(PagePart):
         left = float(running.man_eta) if running.man_eta >= 0 else math.nan
         fuel, doubt = system.latest_message(imc.FuelLevel), system.latest_message(imc.NavigationUncertainty)
         return {
-            "profile": system.name,
+            **await self._options(vehicle),
             "plan": remaining_plan_at(plan, running.man_id, (lat, lon), left).to_json(),
             "place": [math.degrees(lat), math.degrees(lon)],
             "heading": _finite(math.degrees(state.psi)) % 360.0,
             "pitch": _finite(math.degrees(state.theta)),
             "depth": max(0.0, _finite(state.depth)),
+            "altitude": max(0.0, _finite(state.alt)),
             "speed": _finite(state.u),
             "battery": fuel.value if fuel is not None and math.isfinite(fuel.value) else None,
             "uncertainty": _finite(math.sqrt(max(0.0, doubt.x, doubt.y))) if doubt is not None else 0.0,
@@ -228,12 +233,29 @@ class ForecastRoutes(PagePart):
             "seed": self._number,
         }
 
+    async def _options(self, vehicle: AsyncRemoteVehicle) -> dict[str, Any]:
+        """The profile and the options that the vehicle has. Raises NetworkError if it does not answer."""
+        present = None if self._settings is None else self._settings.present_options()
+        if present is not None:
+            return {**present._asdict(), "parameters": {}}
+        if self._parameters is None:
+            self._parameters = await _parameters(vehicle) if vehicle.system.is_shoal else {}
+        return {"profile": vehicle.name, "folders": [], "overrides": [], "parameters": self._parameters}
+
     def _current(self, system: NetworkSystem, state: imc.EstimatedState) -> list[float]:
         """The velocity of the water (m/s, north and east) that the vehicle has reported lately; else 0."""
         stream = system.latest_message(imc.EstimatedStreamVelocity)
         if stream is None or abs(stream.timestamp - state.timestamp) > CURRENT_AGE:
             return [0.0, 0.0]
         return [_finite(stream.x), _finite(stream.y)]
+
+
+async def _parameters(vehicle: AsyncRemoteVehicle) -> dict[str, dict[str, str]]:
+    """The parameters of all tasks by section. Raises NetworkError."""
+    labels = await vehicle.param.entity_ids()
+    values = await vehicle.param.read(labels)
+    tasks = await vehicle.param.components({label: labels[label] for label in values})
+    return {tasks[label]: values[label] for label in values if label in tasks}
 
 
 async def _limits(vehicle: AsyncRemoteVehicle) -> str:

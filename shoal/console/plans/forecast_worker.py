@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import imc
+from autonomy.plans import sequential_transitions
 from imc.coordinates import absolute_position
 from runtime.profile import Profile, load_profile
 from runtime.vehicle import Vehicle
@@ -19,6 +20,7 @@ from shoal.console.plans.plan_flight import GARBAGE, flight_overrides
 from shoal.missions import Mission, Report, prepare
 from support.diagnostics import ProfileError
 from tasks.simulators.stream_velocity import CONSTANT, StreamVelocity
+from tasks.simulators.uav import UAV
 from tasks.simulators.vsim import VSIM
 from world import WorldError
 from world.bodies import UnderwaterVehicle
@@ -30,7 +32,10 @@ ROWS = 100  # of a run
 LEAST_PERIOD = 1.0  # s between rows
 HEADING_ERROR = 2.0  # °, standard deviation of the compass in a run
 CLOSE = 0.05  # m above the bottom, where the hull touches it
-HULL = "Simulators.VSIM"
+HULL, AIRFRAME = "Simulators.VSIM", "Simulators.UAV"
+FLYING = 1.0  # m above the ground
+ASCENT = "forecast-ascent"
+ASCENT_SPEED = 5.0  # m/s
 TROUBLED = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 EXECUTING = imc.PlanControlState.State.EXECUTING
 
@@ -61,7 +66,8 @@ class ForecastRun:
 
     `job` has the state and the plan, see `forecast`. The vehicle gets ready at the surface, where its navigation
     settles; as the plan begins, it is set to depth, attitude and speed, and the drawn current sets in. The place is
-    then drawn around the reported one, as far as the running vehicle does not know it.
+    then drawn around the reported one, as far as the running vehicle does not know it. An aircraft ascends to its
+    altitude first, and begins there at rest.
     """
 
     def __init__(self, job: dict[str, Any], seed: int, folder: Path) -> None:
@@ -71,14 +77,23 @@ class ForecastRun:
         north, east = job["current"]
         self.current: tuple[float, float] = north + spread * math.cos(toward), east + spread * math.sin(toward)
         self._misplaced = tuple(job["uncertainty"] * draws.standard_normal(2))
-        loaded = load_profile(job["profile"])
-        if HULL not in loaded.config.sections:
-            raise ForecastError(f"no forecast: the profile {job['profile']} has no hull in the water, [{HULL}]")
+        folders = list(map(Path, job["folders"]))
+        loaded = load_profile(job["profile"], folders, overrides=job["overrides"])
+        if not {HULL, AIRFRAME} & loaded.config.sections.keys():
+            text = f"the profile {job['profile']} simulates no motion by forces, [{HULL}] or [{AIRFRAME}]"
+            raise ForecastError(f"no forecast: {text}")
         self.vehicle: Vehicle = prepare(
-            job["profile"], overrides=_overrides(loaded, job), log_root=None, seed=seed, state_folder=folder
+            job["profile"],
+            config_dir=folders,
+            overrides=_overrides(loaded, job),
+            log_root=None,
+            seed=seed,
+            state_folder=folder,
         ).vehicle
         plan = imc.from_json(job["plan"])
         assert isinstance(plan, imc.PlanSpecification)
+        if AIRFRAME in loaded.config.sections and job["altitude"] > FLYING:
+            plan = _from_the_ground(plan, job)
         self._mission = Mission(
             self.vehicle, plan, patience=PATIENCE, watch=self._note_state, over=self._end, estimated=self._set_limits
         )
@@ -87,6 +102,7 @@ class ForecastRun:
         self._period = max(LEAST_PERIOD, job["horizon"] / ROWS)
         self._began = self._next = math.nan
         self._battery: float | None = None
+        self._used_before = 0.0  # % for the ascent
         self._is_over = False
         self.vehicle.observe(imc.SimulatedState, self._note_place)
         self.vehicle.observe(imc.EntityState, self._note_trouble)
@@ -133,14 +149,19 @@ class ForecastRun:
             self.vehicle.daemon.publish(limits.replace(dst=self.vehicle.system))
 
     def _note_state(self, state: imc.PlanControlState) -> None:
-        if state.state == EXECUTING and math.isnan(self._began):
+        if state.state == EXECUTING and state.man_id != ASCENT and math.isnan(self._began):
             self._began = self._next = state.timestamp
             self._set_state()
 
     def _set_state(self) -> None:
         job = self._job
+        if job["battery"] is not None and self._battery is not None:
+            self._used_before = job["battery"] - self._battery
+            self._battery = job["battery"]
         for task in self.vehicle.tasks:
-            if isinstance(task, VSIM):
+            if isinstance(task, UAV):
+                task.craft.x, task.craft.y = task.craft.x + self._misplaced[0], task.craft.y + self._misplaced[1]
+            elif isinstance(task, VSIM):
                 craft = task.craft
                 craft.x, craft.y = self._misplaced
                 craft.u = job["speed"]
@@ -155,8 +176,8 @@ class ForecastRun:
             return
         self._next += self._period
         lat, lon, _ = absolute_position(truth)
-        hull = next(task for task in self.vehicle.tasks if isinstance(task, VSIM))
-        if truth.z >= hull.max_depth_at(lat, lon) - CLOSE and truth.z > CLOSE:
+        hull = next((task for task in self.vehicle.tasks if isinstance(task, VSIM)), None)
+        if hull is not None and truth.z >= hull.max_depth_at(lat, lon) - CLOSE and truth.z > CLOSE:
             self.crossed["touches the bottom"] = None
         place = round(math.degrees(lat), 6), round(math.degrees(lon), 6)
         self.rows.append([round(truth.timestamp - self._began, 1), *place, round(truth.z, 1), self._battery])
@@ -166,18 +187,21 @@ class ForecastRun:
             self.crossed[f"{self.vehicle.entities.label(state.src, state.src_ent)}: {state.description}"] = None
 
     def _note_battery(self, fuel: imc.FuelLevel) -> None:
-        self._battery = round(fuel.value, 2) if math.isfinite(fuel.value) else None
+        self._battery = round(fuel.value + self._used_before, 2) if math.isfinite(fuel.value) else None
 
 
 def forecast(job: dict[str, Any], give: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
     """Simulate the rest of a plan `least` times, and more within `seconds` (s), at most `most`; `give` gets each run.
 
-    `job`: `profile`; `plan`, its rest as JSON; `place` (degrees), `heading`, `pitch` (°), `depth` (m), `speed` (m/s),
-    `battery` (%, or None) and `uncertainty` (m) of the running vehicle; `current` (m/s, north and east) and
-    `current_spread` (m/s): in each run another one is drawn within this distance of it; `limits`, its
-    OperationalLimits as JSON, or ""; `horizon` (s), `seed`. A run has `rows`: time since now (s), latitude and
-    longitude (degrees), depth (m), battery (%); `seconds` and `outcome` of a plan that ends; `battery` at the end;
-    `crossed`: the limits. Raises ForecastError, ProfileError, WorldError, OSError.
+    `job`: `profile`, `folders` of --config-dir, and `overrides`, the options that differ from its files; `parameters`
+    of the running vehicle by section, as far as they are known; `plan`, its rest as JSON; `place` (degrees),
+    `heading`, `pitch` (°), `depth`, `altitude` (m), `speed` (m/s), `battery` (%, or None) and `uncertainty` (m) of the
+    running vehicle; `current` (m/s, north and east) and `current_spread` (m/s): in each run another one is drawn
+    within this distance of it; `limits`, its OperationalLimits as JSON, or ""; `horizon` (s), `seed`. A run has
+    `rows`: time since now (s), latitude and longitude (degrees), depth (m), battery (%); `seconds` and `outcome` of a
+    plan that ends; `battery` at the end; `crossed`: the limits.
+
+    Raises ForecastError, ProfileError, WorldError, OSError.
     """
     began, share = time.monotonic(), CpuShare()
     gc.set_threshold(GARBAGE)
@@ -190,12 +214,27 @@ def forecast(job: dict[str, Any], give: Callable[[dict[str, Any]], None]) -> dic
     return {"ok": True, "runs": number, "took": round(time.monotonic() - began, 1)}
 
 
+def _from_the_ground(plan: imc.PlanSpecification, job: dict[str, Any]) -> imc.PlanSpecification:
+    """The plan after an ascent to the altitude of the running aircraft."""
+    lat, lon = map(math.radians, job["place"])
+    up = imc.Takeoff(lat=lat, lon=lon, z=job["altitude"], z_units=imc.ZUnits.ALTITUDE, speed=ASCENT_SPEED)
+    return plan.replace(
+        start_man_id=ASCENT,
+        maneuvers=(imc.PlanManeuver(maneuver_id=ASCENT, data=up), *plan.maneuvers),
+        transitions=(*sequential_transitions([ASCENT, plan.start_man_id]), *plan.transitions),
+    )
+
+
 def _overrides(profile: Profile, job: dict[str, Any]) -> list[str]:
     lat, lon = job["place"]
-    found = flight_overrides(profile, (lat, lon))
+    known: dict[str, dict[str, str]] = job["parameters"]
+    found = [*job["overrides"]]
+    for section in known.keys() & profile.config.sections.keys():
+        found += [f"{section}:{name}={text}" for name, text in known[section].items()]
+    found += flight_overrides(profile, (lat, lon))
     for name in profile.config.sections:
         match name.partition("/")[0]:
-            case "Simulators.VSIM":
+            case "Simulators.VSIM" | "Simulators.UAV":
                 found.append(f"{name}:Initial Heading={job['heading']:.2f}")
             case "Simulators.Battery" | "Monitors.FuelLevel" if job["battery"] is not None:
                 found.append(f"{name}:Initial Level={min(100.0, max(0.0, job['battery'])):.3f}")

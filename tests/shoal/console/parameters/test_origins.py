@@ -29,8 +29,10 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> ProfileSettings:
     saved = tmp_path_factory.mktemp("db")
     (saved / "lauv-noptilus-1-saved.ini").write_text("[Simulators.DepthSensor]\nExecution Frequency = 7\n")
     profile = load_profile("lauv-noptilus-1", saved=saved, overrides=["Simulators.DepthSensor:Standard Deviation=0.02"])
-    built = build(profile, ["Simulation"], clock=VirtualClock(), log_root=saved, state_folder=saved)
-    return ProfileSettings(built.vehicle)
+    vehicle = build(profile, ["Simulation"], clock=VirtualClock(), log_root=saved, state_folder=saved).vehicle
+    found = ProfileSettings(vehicle)
+    vehicle.profile.override("Simulators.GPS:HDOP=3")  # as an order does
+    return found
 
 
 @pytest.mark.parametrize(
@@ -56,3 +58,13 @@ def test_a_parameter_shows_what_set_it_and_whether_it_differs(settings, monkeypa
     shown = [text for text, _ in answer["values"][name]["origin"]]
     assert len(shown) == len(lines), shown
     assert all(expected in text for expected, text in zip(lines, shown, strict=True)), shown
+
+
+def test_the_present_options_are_those_of_the_command_line_saved_and_ordered(settings):
+    found = settings.present_options()
+    assert found.profile.endswith("/etc/lauv-noptilus-1.ini")
+    assert {option for option in found.overrides if option.startswith("Simulators.")} == {
+        "Simulators.DepthSensor:Execution Frequency=7",
+        "Simulators.DepthSensor:Standard Deviation=0.02",
+        "Simulators.GPS:HDOP=3",
+    }

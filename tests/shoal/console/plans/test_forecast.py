@@ -76,9 +76,17 @@ def job(**words: object) -> dict:
     place = displace(LAT, LON, 0.0, 40.0, 20.0)[:2]
     plan = remaining_plan_at(sequential_plan("p", {"path": path}), "path", place)
     state = {"place": list(map(math.degrees, place)), "heading": 0.0, "pitch": 0.0, "depth": 2.0, "speed": 1.2}
-    known = {"battery": 80.0, "uncertainty": 1.0, "current": [0.0, 0.0], "current_spread": 0.2, "limits": ""}
+    known = {
+        "altitude": 0.0,
+        "battery": 80.0,
+        "uncertainty": 1.0,
+        "current": [0.0, 0.0],
+        "current_spread": 0.2,
+        "limits": "",
+    }
     asked = {"horizon": 40.0, "seed": 3, "least": 1, "most": 1, "seconds": 0.0}
-    return {"profile": NAME, "plan": plan.to_json(), **state, **known, **asked, **words}
+    options = {"profile": NAME, "folders": [], "overrides": [], "parameters": {}}
+    return {**options, "plan": plan.to_json(), **state, **known, **asked, **words}
 
 
 def simulate(**words: object) -> tuple[dict, list[dict]]:
@@ -102,7 +110,21 @@ def test_a_run_begins_in_the_middle_of_the_path_under_water():
 
 
 @pytest.mark.heavy
-def test_limits_of_the_running_vehicle_count_and_what_has_no_hull_is_refused():
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"overrides": ["General:Battery Capacity=20"]},
+        {"parameters": {"Simulators.Battery": {"Hotel Load": "2000"}, "Transports.Unknown": {"Rate": "1"}}},
+    ],
+)
+def test_the_options_and_parameters_of_the_running_vehicle_count(options):
+    answer, (found,) = simulate(**options)
+    assert answer["ok"], answer
+    assert found["rows"][0][4] - found["battery"] > 0.5, found
+
+
+@pytest.mark.heavy
+def test_limits_of_the_running_vehicle_count_and_a_plan_that_it_would_reject_is_refused():
     limits = imc.OperationalLimits(mask=imc.OpLimitsMask.MAX_DEPTH, max_depth=1.5)
     answer, runs = simulate(limits=limits.to_json())
     shown = [answer["text"]] if not answer["ok"] else runs[0]["crossed"]
@@ -110,9 +132,24 @@ def test_limits_of_the_running_vehicle_count_and_what_has_no_hull_is_refused():
     answer, runs = simulate(plan=sequential_plan("p", {"land": imc.Land(lat=LAT, lon=LON)}).to_json())
     assert (answer["ok"], runs) == (False, [])
     assert answer["text"].startswith("the simulated vehicle does not carry out the rest of the plan: ")
-    answer, runs = simulate(profile="hexa-00")
-    assert (answer["ok"], runs) == (False, [])
-    assert "has no hull in the water" in answer["text"]
+
+
+@pytest.mark.heavy
+def test_an_aircraft_begins_at_its_altitude_and_with_its_battery():
+    way = {"z": 30.0, "z_units": imc.ZUnits.ALTITUDE, "speed": 5.0, "speed_units": imc.SpeedUnits.METERS_PS}
+    north = displace(LAT, LON, 0.0, 150.0, 0.0)[:2]
+    plan = sequential_plan("p", {"north": imc.Goto(lat=north[0], lon=north[1], **way)})
+    place = [math.degrees(LAT), math.degrees(LON)]
+    answer, (found,) = simulate(profile="hexa-00", plan=plan.to_json(), place=place, altitude=25.0, horizon=60.0)
+    assert answer["ok"], answer
+    first, last = found["rows"][0], found["rows"][-1]
+    assert (first[0], first[3]) == (pytest.approx(0.0, abs=0.2), pytest.approx(-25.0, abs=2.0))
+    assert first[1] == pytest.approx(place[0], abs=5e-5)
+    assert first[4] == pytest.approx(80.0, abs=0.3)
+    assert last[3] == pytest.approx(-30.0, abs=2.0)
+    assert last[1] == pytest.approx(math.degrees(north[0]), abs=1e-4)
+    assert last[4] < first[4]
+    assert (found["outcome"], found["crossed"]) == ("completed", [])
 
 
 def posted(words: dict, user: User = ANNA) -> Request:
