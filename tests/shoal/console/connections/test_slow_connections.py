@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from shoal.console.connections.page_listener import MOST_OF_ADDRESS
+from shoal.console.connections.page_listener import MOST_OF_ADDRESS, PageListener
+from tasks.transports.imc_links.port_search import listening_socket
 from tests.outside import until
 from tests.shoal.console.page_of_nobody import ServedPage, served_page
 
@@ -120,3 +121,14 @@ def test_a_page_makes_no_room_for_others_and_has_no_end(quick):
             assert page.server.rejected_connections > MOST_OF_ADDRESS
             for each in others:
                 each.close()
+
+
+def test_connections_send_the_parts_of_an_answer_at_once():
+    with (
+        PageListener(listening_socket("127.0.0.1", 0, 1)) as listener,
+        socket.create_connection(listener.getsockname()),
+    ):
+        listener.setblocking(True)
+        accepted, _ = listener.accept()
+        assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        accepted.close()
