@@ -30,7 +30,7 @@ CIRCLE = "['cx', 'cy'].map((name) => document.querySelector('#cameras circle')[n
 
 
 def told(page):
-    return page.text("#cameras output")
+    return page.text("#cameras figcaption span")
 
 
 def test_pictures_of_a_shipped_vehicle_change_and_are_saved(tmp_path):
