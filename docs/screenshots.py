@@ -17,7 +17,7 @@ from tests.shoal.console.operator_page import vehicle_page
 
 IMAGES = Path(__file__).parent / "images"
 PATIENCE = 120.0  # s
-COLORS = 256
+COLORS = 128
 LARGEST = 150_000  # bytes
 MODES = ("-p", "Simulation,Camera,Detector", "--set", "Vision.FisheyeCamera:Save Images=false")
 CORNERS = ((400, 440), (550, 400), (530, 320))  # pixels, of the survey
@@ -33,15 +33,22 @@ def main(folder: Path = IMAGES) -> None:
             page.set_size(1280, 800)
             page.open(vehicle.link)
             until(lambda: page.text("#summary").startswith("service"), PATIENCE, told=lambda: page.text("#summary"))
+            view(page, "cameras")
+            until(
+                lambda: "MUG Detector" in page.text("#cameras svg"), PATIENCE, told=lambda: page.text("#cameras-view")
+            )
+            save(page, folder / "console-cameras.png")
             draw_survey(page)
             try_plan(page)
             save(page, folder / "console-plans.png")
             carry_out(page)
+            page.open(vehicle.link.partition("#")[0])  # without what was drawn
+            until(lambda: page.text("#summary").startswith("maneuver"), PATIENCE)
+            view(page, "plans")
+            until(lambda: "harbor" in page.text("#plans"), PATIENCE)
+            page.press("#plans li button")  # the map shows the whole plan
             view(page, "map")
             save(page, folder / "console.png")
-            view(page, "cameras")
-            until(lambda: page.run("document.querySelector('#cameras img')?.naturalWidth > 0"), PATIENCE)
-            save(page, folder / "console-cameras.png")
             page.set_size(360, 740)
             page.set_dark("dark")
             view(page, "health")
@@ -91,7 +98,8 @@ def carry_out(page: Browser) -> None:
 
 
 def save(page: Browser, path: Path) -> None:
-    """Save the page as a PNG file of few colors."""
+    """Save the page without alarms as a PNG file of few colors."""
+    page.run("document.getElementById('alarms-acknowledge').click()")  # of a computer that is busy
     page.run("new Promise((done) => setTimeout(done, 1000))")  # the map moves, and plots are drawn
     data = page.picture()
     image = Image.open(io.BytesIO(data)).convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)

@@ -3,9 +3,11 @@
 import asyncio
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import imc
+from runtime.logs import logs_of_run
 from shoal.logs.log_states import LogStates
 from shoal.network import ConsoleIdentity, LinkListener, ReceivedPacket
 from support.number_parsing import finite_number
@@ -34,6 +36,10 @@ class LogLink:
     def __init__(self, states: LogStates, logs: Sequence[Path] = ()) -> None:
         self.states: LogStates = states
         self.logs: Sequence[Path] = logs or [states.path]
+        self._of_run = 1
+        if len(self.logs) == 1:
+            with suppress(OSError, ValueError):
+                self._of_run = len(logs_of_run(states.path.parent if states.path.is_file() else states.path))
         self.position: float = 0.0
         self.speed: float = 1.0
         self.is_playing: bool = False
@@ -51,13 +57,16 @@ class LogLink:
 
     @property
     def notice(self) -> str:
-        """The damage of the log, for people; empty without any."""
+        """The damage of the log, and whether its run has others that are not played, for people; empty if neither."""
         losses = self.states.losses
+        others = f"this is 1 of {self._of_run} logs of its run: --run plays all of them" if self._of_run > 1 else ""
         if not losses:
-            return ""
+            return others
         reasons = list(dict.fromkeys(loss.reason for loss in losses))[:MOST_REASONS]
         places = "1 damaged place" if len(losses) == 1 else f"{len(losses)} damaged places"
-        return printable(f"this log is not complete: {places} ({', '.join(reasons)})")
+        return printable(
+            "; ".join(filter(None, [f"this log is not complete: {places} ({', '.join(reasons)})", others]))
+        )
 
     def system_name(self, number: int) -> str:
         """The name of a system, as the network lists it."""

@@ -35,7 +35,7 @@ function drawTrack(of, track) {
     const color = DEPTHS[Math.floor(Math.max(0, points[at][2] ?? 0) / STEP)] ?? DEPTHS.at(-1);
     if (!of.line || of.color !== color) {
       of.line?.setLatLngs(of.run);
-      Object.assign(of, { line: of.lines.line([], { color }), color, run: [points[at - 1].slice(0, 2)] });
+      Object.assign(of, { line: of.lines.line([], { color, weight: 3 }), color, run: [points[at - 1].slice(0, 2)] });
     }
     of.run.push(points[at].slice(0, 2));
   }

@@ -57,6 +57,7 @@ def test_a_jump_shows_the_state_of_that_time_at_once(page):
         assert shown["now"] == pytest.approx(answer["start"] + position, abs=0.02)
         assert state["time"] == pytest.approx(shown["now"], abs=0.2)
         assert shown["vehicles"][NAME]["plan"]["name"] == "dive"
+        assert shown["replay"]["notice"] == "this is 1 of 2 logs of its run: --run plays all of them"
         assert len(shown["vehicles"][NAME]["health"]["entities"]) > 40
     assert state["depth"] == pytest.approx(1.8, abs=0.3)
     assert len(shown["tracks"][NAME]) > 30
@@ -129,6 +130,7 @@ def test_all_logs_of_a_run_are_one(logs):
         page.log_in()
         shown = frame(page)
         assert shown["replay"]["duration"] == pytest.approx(SECONDS, abs=0.2)
+        assert shown["replay"]["notice"] == ""
         assert shown["vehicles"][NAME]["plan"]["name"] is None
         post(page, "/api/replay", position=30.0)
         assert frame(page)["vehicles"][NAME]["plan"]["name"] == "dive"
