@@ -6,6 +6,7 @@
 import enum
 import importlib
 import inspect
+from functools import cached_property
 from pathlib import Path
 from types import GenericAlias
 from typing import TypeVar
@@ -71,7 +72,7 @@ def members(cls):
             yield f"    {name}{parameters(value)}"
         elif isinstance(value, classmethod | staticmethod):
             yield f"    {name}{parameters(value.__func__)}"
-        elif isinstance(value, property):
+        elif isinstance(value, property | cached_property):
             yield f"    {name}"
 
 

@@ -50,7 +50,8 @@ def test_states_times_and_names_of_tabs_stay_whole(page, width):
     view(page, "health")
     until(lambda: page.run("document.querySelectorAll('#entities tr').length") > 10)
     assert [lines(page, f"#entities td:nth-child({column})") for column in (2, 3, 4)] == [1, 1, 1]
-    assert page.run("(({ scrollWidth, clientWidth }) => scrollWidth - clientWidth)(document.querySelector('#health-view'))") == 0
+    overflow = "(({ scrollWidth, clientWidth }) => scrollWidth - clientWidth)"
+    assert page.run(f"{overflow}(document.querySelector('#health-view'))") == 0
     give_frame(page, log=[[0, NAME, "info", "Supervisors.Vehicle", "text", ""]])
     view(page, "log")
     until(lambda: page.run("document.querySelectorAll('#entries tr').length") > 0)
