@@ -8,7 +8,7 @@ from autonomy.navigation.inertial_filter import InertialFilter
 GRAVITY = 9.80665
 MEMORY = 2.0  # s, of forces that are compared
 WASHOUT = 1.5  # s; slower changes, as of the load, are not compared
-ROTOR_LAG = 0.08  # s, of the thrust behind its command
+ROTOR_LAG = 0.08  # s, of the rotors' speed behind its command
 LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
 LATENCIES = 0.0, *(i * COARSENESS for i in range(2, 1 + int(LONGEST / COARSENESS)))  # one step may be the rotors'
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
@@ -63,7 +63,9 @@ class ThrustResponseCheck:
         if self._made is None:
             self._made = self._usual = expected
             self._usual_force = expected if force is None else force
-        self._made += (expected - self._made) * -math.expm1(-dt / ROTOR_LAG)
+        # Thrust is the square of the rotors' speed, and so it goes faster than it comes back.
+        speed, wanted = math.sqrt(max(0.0, self._made)), math.sqrt(max(0.0, expected))
+        self._made = (speed + (wanted - speed) * -math.expm1(-dt / ROTOR_LAG)) ** 2
         share = min(1.0, dt / WASHOUT)
         self._usual += share * (self._made - self._usual)
         change = self._made - self._usual
