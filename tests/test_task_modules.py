@@ -37,7 +37,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
         "the true state that sensors measure",
     ),
     "tasks.simulators.fixed_steps": (("uav", "vsim"), "the steps in which bodies move"),
-    "tasks.control.desired_path_task": (("path.path_follower", "uav.path"), "when a path begins, and is reported"),
+    "tasks.control.desired_path": (("path.path_follower", "uav.path"), "when a path begins, and is reported"),
     "tasks.control.path.path_follower": (("pure_pursuit", "vector_field"), "how a path is followed and reported"),
     "tasks.plan.duplicate_requests": (("db", "replies"), "the answer to a request that comes twice"),
     "tasks.plan.outgoing_requests": (("engine", "generator"), "requests to database and supervisor"),
@@ -53,6 +53,7 @@ SHARED = {  # what several tasks share in `tasks`: the tasks, and why it is ther
         ("simulators.dvl", "simulators.imu", "vision.fisheye_camera"),
         "the one world of a vehicle",
     ),
+    "tasks.true_motion": (("simulators.uav", "simulators.vsim", "vision.airsim"), "the true motion as a message"),
     "tasks.pose_history": (("simulators.mug_detection_camera", "vision.airsim"), "where a vehicle is for its cameras"),
 }
 SERVING = {  # a part that stands beside the one task that it serves, since the task is not a folder

@@ -8,7 +8,8 @@ import imc
 from runtime import ConfigWarning, ParameterError, State, Task, param, periodic
 from runtime.task import SharedOption
 from support.wgs84 import offset
-from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, simulated_state, world_of
+from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
+from tasks.true_motion import simulated_state
 from world import SECTIONS
 from world.bodies import (
     CirclePattern,

@@ -5,9 +5,9 @@ import math
 import imc
 from runtime import State, consume, param, periodic
 from support.wgs84 import is_on_earth
-from tasks.simulated_world import simulated_state
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
+from tasks.true_motion import simulated_state
 from world.bodies import Airframe, Multirotor
 
 MANUAL_INPUT = imc.GpsFix.Type.MANUAL_INPUT

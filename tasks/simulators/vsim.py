@@ -11,9 +11,10 @@ from support.diagnostics import ConfigWarning
 from support.rotations import Vector
 from support.terminal_text import corrected_spelling, printable, quoted
 from support.wgs84 import is_on_earth, offset
-from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, simulated_state, world_of
+from tasks.simulated_world import chart_warnings, log_chart, log_unknown_depth, world_of
 from tasks.simulators.fixed_steps import FixedSteps
 from tasks.simulators.powered_device import PoweredDeviceTask
+from tasks.true_motion import simulated_state
 from world import SECTIONS
 from world.bodies import (
     Boat,

@@ -16,7 +16,8 @@ from support.log_limit import Trouble
 from support.pose import Pose
 from support.rotations import to_body
 from tasks.pose_history import PoseHistory
-from tasks.simulated_world import TrueState, simulated_state, world_of
+from tasks.simulated_world import TrueState, world_of
+from tasks.true_motion import simulated_state
 from tasks.vision.airsim_api.client import AirSimCapture, AirSimClient, mount_from_poses
 from tasks.vision.airsim_api.rpc_messages import AirSimError, Image, Kinematics, pose_transform
 from tasks.vision.cameras.camera_metadata import camera_frame_message

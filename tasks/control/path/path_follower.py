@@ -25,7 +25,7 @@ from runtime import State, consume, param, periodic
 from runtime.vehicle import general_number
 from support.rotations import wrap
 from support.wgs84 import offset
-from tasks.control.desired_path_task import EARLY, DesiredPathTask
+from tasks.control.desired_path import EARLY, DesiredPathTask
 
 Flags = imc.DesiredPath.Flags
 Loops = imc.CLoopsMask

@@ -30,7 +30,7 @@ from runtime.vehicle import general_number
 from support.planar_geometry import along_and_across
 from support.rotations import wrap
 from support.wgs84 import offset
-from tasks.control.desired_path_task import DesiredPathTask
+from tasks.control.desired_path import DesiredPathTask
 
 Flags = imc.DesiredPath.Flags
 Loops = imc.CLoopsMask
