@@ -1,7 +1,7 @@
 """The web application: page, frames, orders, plans, parameters and tiles."""
 
 import asyncio
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, cast
 
@@ -9,7 +9,7 @@ from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Scope
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 import imc
@@ -17,6 +17,7 @@ from shoal.console.access.account_routes import AccountRoutes
 from shoal.console.access.authority import Authority, AuthorityError
 from shoal.console.access.page_sessions import Access, PageSession
 from shoal.console.access.request_guard import RequestGuard
+from shoal.console.access.request_limit import RequestLimit
 from shoal.console.access.users import Role
 from shoal.console.charts.tiles import TileSets
 from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
@@ -85,6 +86,7 @@ class ConsoleApplication:
         self._parameters = ParameterRoutes(self._vehicle, settings)
         self._panels = PanelRoutes(panels)
         self._viewers = 0
+        self._known_fields: Response | None = None
         self._plays_log = playback is not None
         foxglove = FoxgloveRoutes(
             network,
@@ -124,7 +126,14 @@ class ConsoleApplication:
                     Route(path, logged_in(self._for_role(role, answer)), methods=["POST"])
                     for path, answer in posted.items()
                 )
-        self.asgi: ASGIApp = RequestGuard(Starlette(routes=routes), hosts, foxglove.own_origins)
+        limited = RequestLimit(Starlette(routes=routes), self._client)
+        self.asgi: ASGIApp = RequestGuard(limited, hosts, foxglove.own_origins)
+
+    def _client(self, scope: Scope) -> Hashable:
+        """The session of a request, or the address without one."""
+        request = Request(scope)
+        session = self._accounts.session(request)
+        return session.number if session is not None else request.client and request.client.host
 
     def _logged_in(self, answer: Answer) -> Answer:
         async def checked(request: Request) -> Response:
@@ -192,12 +201,15 @@ class ConsoleApplication:
 
     async def _fields(self, _: Request) -> Response:
         """Each number that can be drawn, as Message.field, with its unit."""
+        if self._known_fields is not None:
+            return self._known_fields
         found: dict[str, str] = {}
         for name in self._network.messages.types:
             for info in imc.fields(self._network.messages[name]):
                 if info.type.startswith(("fp", "int", "uint")):
                     found[f"{name}.{info.name}"] = info.unit
-        return json_response(found)
+        self._known_fields = json_response(found)
+        return self._known_fields
 
     async def _tile_sets(self, _: Request) -> Response:
         return json_response({"sets": self._tiles.zooms, "troubles": list(map(printable, self._tiles.troubles))})

@@ -32,7 +32,7 @@ class PageListener(socket.socket):
         super().__init__(listener.family, listener.type, listener.proto, listener.detach())
         self.setblocking(False)
         self.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)  # connections inherit it
-        # asyncio sets it only for sockets that name their protocol: answers would wait 40 ms for the ACK of their head
+        # asyncio sets it only for sockets that name their protocol; without it a body waits 40 ms for its head's ACK
         self.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._opened: WeakKeyDictionary[socket.socket, _Connection] = WeakKeyDictionary()
         self._numbers: dict[int, _Connection] = {}

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 import imc
@@ -24,6 +24,7 @@ LOW, EMPTY = 20.0, 10.0  # % of the battery that are left after the plan
 FULL, FULLEST = 85, 95  # % of the disk
 CLOCK_OFF, CLOCK_WRONG = 1.0, 10.0  # s
 CALIBRATED = 3600.0  # s
+SILENT = 2.0  # s
 KINDS = (
     imc.Calibration,
     imc.EntityState,
@@ -68,7 +69,8 @@ class DiveChecks:
         self._system, self._plan, self._is_live = system, plan, is_live
         clocks = (imc.EstimatedState, imc.VehicleState, imc.Heartbeat)
         times = [found.timestamp for kind in clocks if (found := system.latest_message(kind)) is not None]
-        self._now = max(times, default=math.nan)
+        self._silence = system.age if is_live else 0.0  # s
+        self._now = max(times, default=math.nan) + self._silence
         announce = system.latest_message(imc.Announce)
         self._is_submarine = announce is not None and announce.sys_type == imc.SystemType.UUV
 
@@ -78,7 +80,13 @@ class DiveChecks:
             self._link, self._mode, self._entities, self._leaks, self._fix, self._navigation, self._stored_plan,
             self._battery, self._limits, self._disk, self._clock, self._calibration,
         ]  # fmt: skip
-        return [found for check in checks if (found := check()) is not None]
+        return [self._aged(found) for check in checks if (found := check()) is not None]
+
+    def _aged(self, check: DiveCheck) -> DiveCheck:
+        """A line that is in order only if the vehicle is not silent."""
+        if check.color != "green" or self._silence <= SILENT:
+            return check
+        return replace(check, color="yellow", value=f"{check.value}; last message {self._silence:.0f} s ago")
 
     def _latest(self, kind: type[M], oldest: float) -> M | None:
         """The newest message of a type, if it is not older than `oldest` s."""
@@ -94,7 +102,7 @@ class DiveChecks:
         ways = ", ".join(sorted(system.links)) or "none"
         if not system.is_there:
             return DiveCheck("Link", "red", f"lost; it was reached over {ways}", source)
-        color: Color = "green" if system.age < 2.0 else "yellow"
+        color: Color = "green" if system.age <= SILENT else "yellow"
         return DiveCheck("Link", color, f"{ways}; last message {system.age:.1f} s ago", source)
 
     def _mode(self) -> DiveCheck:

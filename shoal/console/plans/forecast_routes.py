@@ -34,6 +34,7 @@ LEAST_RUNS, MOST_RUNS = 5, 20
 SHORTEST, LONGEST = 10.0, 3600.0  # s of a horizon
 FASTEST_CURRENT = 3.0  # m/s
 CURRENT_AGE = 60.0  # s
+SILENT = 3.0  # s
 OFF = "off on the page of this vehicle: it takes half a core, and [Transports.Console] Forecast = true allows it"
 IMPOSSIBLE = "the vehicle has not reported where it is"
 
@@ -103,6 +104,9 @@ class ForecastRoutes(PagePart):
         found: dict[str, Any] = {"ok": True, "on": True, "allowed": True, "text": printable(self._trouble)}
         if not self._trouble and self._worker.is_busy:
             found["text"] = f"run {self._runs_done + 1} is simulated"
+        system = self._network.systems.get(name)
+        if system is not None and system.age > SILENT:
+            found["text"] = f"no message of the vehicle for {system.age:.0f} s"
         if self._latest is not None:
             found |= self._latest.describe(whole=known != str(self._latest.number))
         return json_response(found)

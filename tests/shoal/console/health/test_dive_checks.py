@@ -1,6 +1,7 @@
 """The checks before a dive: what is unknown, old or no number is never in order."""
 
 import math
+import time
 
 import pytest
 
@@ -31,9 +32,10 @@ READY = (
 )
 
 
-def colors(*changed, plan=SURE, without=(), is_live=False):
-    """The colors of a vehicle that is ready, but for some messages; by name."""
+def colors(*changed, plan=SURE, without=(), is_live=False, silence=0.0):
+    """The colors of a vehicle that is ready, but for some messages; by name. It has been silent for a while (s)."""
     system = NetworkSystem("lauv", labels={1: "Navigation", 2: "Leak Sensor - Nose"})
+    system.last["udp"] = system.heard_at = time.monotonic() - silence
     for message in (*READY, *changed):
         if not isinstance(message, tuple(without) or type(None)):
             system.store_latest(message.replace(timestamp=NOW))
@@ -121,3 +123,9 @@ def test_a_battery_that_the_plan_empties_is_red():
     empties = PlanChoice("far", PlanEstimate(6000.0, 85.0, 90.0))
     assert colors(plan=empties)["Battery"] == "red"
     assert colors(plan=PlanChoice("far", PlanEstimate()))["Battery"] == "yellow"
+
+
+def test_nothing_is_in_order_while_the_vehicle_is_silent():
+    assert set(colors(is_live=True, silence=1.0).values()) == {"green"}
+    found = colors(is_live=True, silence=4.0)
+    assert "green" not in found.values(), found
