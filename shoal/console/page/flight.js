@@ -44,6 +44,7 @@ start.onclick = async () => {
   if (!answer.rows?.length) return;
   drawMap(answer.rows);
   drawPlots(answer.rows);
+  page.flyPlots.scrollIntoView({ block: "nearest" });
 };
 async function showProgress() {
   const { seconds = 0, percent = 0 } = start.disabled ? await ask("flight") : {};

@@ -53,7 +53,9 @@ function addVehicle(name, place) {
 
 function drawVehicles() {
   for (const [name, vehicle] of Object.entries(store.vehicles)) {
-    const { state } = vehicle, place = placeOf(state);
+    const { state } = vehicle, place = placeOf(state), track = store.tracks[name];
+    const first = place ?? track?.points[0]?.slice(0, 2); // in a log, the track is known before the position
+    if (!placed && first) { placed = true; map.setView(first, 18); }
     if (!place) continue;
     const of = shown.get(name) ?? addVehicle(name, place);
     of.marker.setLatLng(place).setOpacity(isOld(vehicle) ? 0.4 : 1);
@@ -63,8 +65,7 @@ function drawVehicles() {
     if (Number.isFinite(state.uncertainty)) {
       of.circle.circle(place, { radius: Math.max(0.1, 2 * state.uncertainty), color: UNCERTAINTY });
     }
-    if (store.tracks[name]) drawTrack(of, store.tracks[name]);
-    if (!placed) { placed = true; map.setView(place, 18); }
+    if (track) drawTrack(of, track);
   }
   for (const [name, { marker, circle, lines }] of shown) {
     if (store.vehicles[name]) continue;

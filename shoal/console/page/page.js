@@ -102,6 +102,7 @@ export function makeAsk(send = ask) {
 export async function postJob(path, words, pressed, shown) {
   const turn = (isBusy) => { pressed.disabled = isBusy; shown.hidden = !isBusy; };
   turn(true);
+  shown.scrollIntoView({ block: "nearest" });
   const answer = await post(path, words);
   turn(false);
   return answer;

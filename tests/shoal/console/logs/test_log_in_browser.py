@@ -29,6 +29,8 @@ def test_a_log_is_scrubbed_played_and_offers_no_orders(tmp_path):
         page.set_size(1280, 800)
         page.open(console.link)
         until(lambda: "00:00:00 of 00:00:34" in page.text("#replay-clock"), 30.0)
+        center = "import('/files/map_layer.js').then(({ map }) => map.getCenter().distanceTo([41.185, -8.706]))"
+        until(lambda: page.run(center) < 200.0, told=lambda: page.run(center))
         for name in (".orders", "[data-view=plans]", "[data-view=parameters]"):
             assert page.run(f"getComputedStyle(document.querySelector('{name}')).display") == "none"
         for seconds in range(0, 30, 2):  # the slider goes on while answers are on their way
