@@ -54,10 +54,7 @@ async function logIn(words) {
   refusal = failed(answer) ? `${answer.text}. ` : "";
   if (!refusal) await recall();
 }
-page.login.onsubmit = (event) => {
-  event.preventDefault();
-  logIn({ user: page.user.value, password: page.password.value });
-};
+page.login.onsubmit = () => logIn({ user: page.user.value, password: page.password.value });
 certificate.onclick = () => logIn({ certificate: true });
 page.logout.onclick = async () => {
   await post("logout");

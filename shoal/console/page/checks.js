@@ -15,8 +15,7 @@ async function run() {
   if (!answer) return;
   checked = performance.now();
   const plan = select.value, rows = answer.checks ?? [];
-  fillOptions(select, answer.plans ?? []);
-  select.prepend(new Option("none", ""));
+  fillOptions(select, [["none", ""], ...answer.plans ?? []]);
   select.value = plan;
   if (select.selectedIndex < 0) select.value = "";
   fill(page.checks, rows.map(({ name, color, value, source }) =>

@@ -1,5 +1,5 @@
 // Logs in, receives frames, and draws the views.
-import { ageOf, byName, clock, fill, openSocket, page, say, STALE, store, write } from "./page.js";
+import { ageOf, byName, clock, fillOptions, openSocket, page, say, STALE, store, write } from "./page.js";
 import * as account from "./account.js";
 import * as alarms from "./alarms.js";
 import { sendFields } from "./plots.js";
@@ -77,7 +77,7 @@ function chooseVehicle() {
   if (store.chosen && !names.includes(store.chosen)) options.unshift([`${labels[store.chosen]} (LOST)`, store.chosen]);
   if (listed !== JSON.stringify(options)) { // an open list would close
     listed = JSON.stringify(options);
-    fill(page.vehicle, options.map(([label, name]) => new Option(label, name)));
+    fillOptions(page.vehicle, options);
   }
   page.vehicle.value = store.chosen;
 }
@@ -141,6 +141,7 @@ page.vehicle.onchange = ({ target }) => {
   choose(target.value);
   summarize();
 };
+document.addEventListener("submit", (event) => event.preventDefault()); // forms load nothing
 setInterval(checkAge, 500);
 // A link that is pasted into an open tab changes only what follows `#`, which loads nothing.
 addEventListener("hashchange", () => { if (location.hash) location.reload(); });

@@ -40,7 +40,8 @@ export const cell = (content, className = "") => make("td", content, { className
 export const row = (...cells) => make("tr", cells.map((each) => each.tagName === "TD" ? each : cell(each)));
 
 export const fill = (place, items = []) => place.replaceChildren(...items);
-export const fillOptions = (place, names) => fill(place, names.map((name) => new Option(name)));
+// Each option is its text, or text and value.
+export const fillOptions = (place, options) => fill(place, options.map((each) => new Option(...[each].flat())));
 
 // A text that stays is left alone: a screen reader would read it again.
 export function write(place, text, kind = "") {

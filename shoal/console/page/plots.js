@@ -117,7 +117,5 @@ export async function showLayout({ fields: wanted, window: seconds }) {
 }
 
 windows.onchange = () => { for (const trace of traces.values()) if (trace.plot) show(trace); };
-const addChosen = () => add(chosen.value.trim());
-page.fieldAdd.onclick = addChosen;
-chosen.onkeydown = ({ key }) => { if (key === "Enter") addChosen(); };
+page.fieldForm.onsubmit = () => add(chosen.value.trim());
 export { draw, readFields as open };

@@ -51,5 +51,4 @@ page.resume.onclick = async () => {
   const seconds = Number(page.resumeSeconds.value), change = page.resumeChange.value;
   writeAnswer(page.result, await post("resume", { position: Number(time.value), seconds, change }));
 };
-form.onsubmit = (event) => event.preventDefault();
 export { draw };

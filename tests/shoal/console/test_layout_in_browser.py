@@ -87,7 +87,8 @@ def test_a_plot_shows_utc_in_any_time_zone(page):
     page.call("Emulation.setTimezoneOverride", timezoneId="Asia/Tokyo")
     view(page, "plots")
     set_value(page, "field", "EstimatedState.depth", "input")
-    page.press("#field-add")
+    page.run("document.getElementById('field').focus()")
+    page.key("Enter")
     legend = "#plots .u-legend tr"
     point = (
         "(() => { const box = document.querySelector('#plots .u-over'), { right, top } = box.getBoundingClientRect();"
