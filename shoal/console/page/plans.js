@@ -45,7 +45,7 @@ function draw() {
   // Somebody has changed a plan, here or in another program.
   if (plan.stored && plan.stored !== stored && owner === store.chosen) { if (stored) refresh(); stored = plan.stored; }
   if (plan.name !== running) { running = plan.name; if (running) showRunning(); }
-  const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta).slice(0, 5)} UTC` : "";
+  const eta = plan.eta ? `, ${plan.eta} s left, ends at ${clock(store.now + plan.eta)} UTC` : "";
   write(page.progress, plan.name ? `${plan.name}: ${plan.maneuver ?? "starting"}, ${plan.progress ?? 0} %${eta}`
     : `no plan is running; the last one: ${plan.outcome ?? "unknown"}`);
 }
