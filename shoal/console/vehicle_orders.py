@@ -141,6 +141,9 @@ async def put(vehicle: AsyncRemoteVehicle, text: str) -> str:
     await vehicle.plan.put(plan)
     estimate = await vehicle.plan.estimate(plan.plan_id)
     words = f"{plan.plan_id} is stored; {estimate.describe()}"
+    state = vehicle.system.latest_message(imc.PlanControlState)
+    if math.isnan(estimate.seconds) and state is not None and state.state in RUNNING:
+        words += " (a vehicle estimates none while another one is carried out)"
     return f"{words}; it would be rejected now: {estimate.rejected}" if estimate.rejected else words
 
 

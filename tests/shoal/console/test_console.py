@@ -81,6 +81,10 @@ def test_a_plan_is_stored_drawn_started_held_and_aborted(page):
     assert page.order(NAME, "start", plan="east")["text"].startswith("obeyed: east is carried out; estimated time")
     until(lambda: first_frame(page)["vehicles"][NAME]["plan"]["motors"] == "turning", 30.0)
     assert first_frame(page)["vehicles"][NAME]["plan"]["name"] == "east"
+    another = page.order(NAME, "put", text=PLAN.replace("east", "another"))
+    assert "another is stored; time and energy unknown" in another["text"]
+    assert another["text"].endswith("(a vehicle estimates none while another one is carried out)")
+    assert page.order(NAME, "delete", plan="another")["ok"]
     assert page.order(NAME, "hold")["text"].startswith("obeyed: console-hold is carried out")
     assert page.order(NAME, "surface")["text"].startswith("obeyed: console-surface is carried out")
     aborted = page.order(NAME, "abort")
