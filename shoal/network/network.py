@@ -211,7 +211,7 @@ class Network:
         name = "_".join(name.split())
         self._requests.begin(name, BASIC)
         began = time.monotonic()
-        while (left := self.search.deadline(self.systems.get(name), began, timeout) - time.monotonic()) > 0.0:
+        while (left := self.search.time_left(self.systems.get(name), began, timeout, time.monotonic())) > 0.0:
             system = self.systems.get(name)
             alone = time.monotonic() > self._opened + COMPANY
             if system is not None and system.id is not None and system.is_there and (alone or system.conflict_text):

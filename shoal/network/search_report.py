@@ -1,6 +1,5 @@
 """Sentences on a search for a vehicle: why it takes long, and who is there instead."""
 
-import time
 from collections.abc import Callable, Sequence
 
 import imc
@@ -38,14 +37,14 @@ class SearchReport:
         """Troubles of the networks that the user searches."""
         return self._troubles if self._expects_all else []
 
-    def deadline(self, system: NetworkSystem | None, began: float, timeout: float | None) -> float:
-        """Time (s of time.monotonic) at which a search that `began` ends; `system` has the name, if one is known."""
+    def time_left(self, system: NetworkSystem | None, began: float, timeout: float | None, now: float) -> float:
+        """The time (s) after which a search ends that `began` earlier; `system` has the name, if one is known."""
         if timeout is not None:
-            return began + timeout
-        end = began + self.discovery_timeout
+            return began + timeout - now
+        left = began + self.discovery_timeout - now
         if system is None or not system.is_there:
-            return end
-        return max(end, max(began, system.appeared_at) + LONGEST, time.monotonic() + system.contact_timeout)
+            return left
+        return max(left, max(began, system.appeared_at) + LONGEST - now, system.contact_timeout)
 
     def explain(self, past: float, there: Sequence[NetworkSystem]) -> None:
         """Report once why a search, which has taken `past` s, takes longer: no vehicle answers, or sends anything."""

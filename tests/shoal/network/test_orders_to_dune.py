@@ -34,7 +34,7 @@ DUNE = "2026.01.0"
 def in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shoal.network.system_table.PATIENCE", 1.5)
     monkeypatch.setattr("shoal.network.system_table.CONTACT", 1.5)
-    monkeypatch.setattr("shoal.network.network.LONGEST", 0.5)
+    monkeypatch.setattr("shoal.network.search_report.LONGEST", 0.5)
     monkeypatch.setattr("shoal.network.search_report.EXPLAINED", 0.2)
     monkeypatch.setattr("shoal.network.network.ABORT_REPEAT", 0.6)
 
