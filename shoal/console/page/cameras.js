@@ -78,12 +78,10 @@ function drawMarks({ marks, picture }, camera) {
 
 function tell(each, { label, age, trouble }) {
   const { picture, name, image, watch, save } = each;
-  if (name.textContent !== label) { // which may come after the first picture
-    name.textContent = label;
-    image.alt = `picture of ${label}`;
-    watch.ariaLabel = `Live pictures of ${label}`;
-    save.ariaLabel = `Save the picture of ${label}`;
-  }
+  write(name, label); // which may come after the first picture
+  image.alt = `picture of ${label}`;
+  watch.ariaLabel = `Live pictures of ${label}`;
+  save.ariaLabel = `Save the picture of ${label}`;
   save.hidden = !picture;
   const isOld = !store.replay && !(Math.abs(age ?? NaN) <= OLD);
   const words = [picture ? `${picture.width} × ${picture.height}` : "no picture yet"];
