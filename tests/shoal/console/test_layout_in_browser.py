@@ -125,9 +125,12 @@ def test_orders_stay_in_their_place_whatever_is_shown(page, width):
     page.set_size(width, 800)
     view(page, "map")
     before, another = page.run(PLACES), "another with a long name " * 4
-    long = fake_vehicle(NAME)
-    long["plan"] |= {"mode": "maneuver", "name": "a survey of the harbor " * 9, "progress": 50, "motors": "turning"}
-    long["system"]["conflict"] = "another system has the same name and the same id: " * 4
+    conflict = "another system has the same name and the same id: " * 4
+    long = {
+        **fake_vehicle(NAME),
+        "plan": {"mode": "maneuver", "name": "a survey of the harbor " * 9, "progress": 50, "motors": "turning"},
+        "system": {"name": NAME, "there": True, "battery": 77.0, "conflict": conflict},
+    }
     entity = {"entity": "GPS", "state": "failure", "text": "no data " * 40, "advice": "", "since": time.time()}
     failing = {**long, "health": {"entities": [entity]}}
     lease = {NAME: {"session": "x", "user": "somebody else", "asked": "a third one", "left": 20, "by": "y"}}
