@@ -37,8 +37,10 @@ class _Addressed(msgspec.Struct, frozen=True, gc=False):
 class Message(_Addressed, frozen=True, kw_only=True, repr_omit_defaults=True):
     """An immutable IMC message: the fields of its header (timestamp in s since 1970 UTC), then its own.
 
-    Fields are given by keyword, and default to zero, empty or None. Text that is not UTF-8 keeps its bytes as
-    surrogates (PEP 383). `surplus` holds payload bytes after the last field, which a newer schema may send.
+    Fields are given by keyword, and default to zero, empty or None. In their order, after `EMPTY_HEADER` or a time and
+    `UNADDRESSED`, they take a quarter of the time, which counts for long messages at a high rate. Text that is not
+    UTF-8 keeps its bytes as surrogates (PEP 383). `surplus` holds payload bytes after the last field, which a newer
+    schema may send.
     """
 
     ID: ClassVar[int] = 0xFFFF

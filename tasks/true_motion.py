@@ -1,6 +1,7 @@
 """The true motion of a simulated body as a message."""
 
 import imc
+from imc.reserved_ids import UNADDRESSED
 from support.rotations import Vector
 
 
@@ -17,13 +18,4 @@ def simulated_state(
     the body frame, Euler angles (rad), the velocity of the medium (m/s; north, east, down),
     and the start, from which the place is measured (rad, rad, m).
     """
-    x, y, z = place
-    u, v, w = velocity
-    phi, theta, psi = angles
-    p, q, r = rates
-    svx, svy, svz = stream
-    lat, lon, height = start
-    return imc.SimulatedState(
-        lat=lat, lon=lon, height=height, x=x, y=y, z=z, phi=phi, theta=theta, psi=psi, u=u, v=v, w=w, p=p, q=q, r=r,
-        svx=svx, svy=svy, svz=svz, timestamp=timestamp,
-    )  # fmt: skip
+    return imc.SimulatedState(timestamp, *UNADDRESSED, *start, *place, *angles, *velocity, *rates, *stream)

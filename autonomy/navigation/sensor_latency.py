@@ -96,8 +96,10 @@ class ThrustResponseCheck:
         times.append(now)
         self._thrusts.append(thrust)
         self._changes.append(change)
-        if times[0] < now - LONGEST - COARSENESS:
-            old = bisect_left(times, now - LONGEST - COARSENESS)
+        oldest, old = now - LONGEST - COARSENESS, 0
+        while times[old] < oldest:  # mostly it is one
+            old += 1
+        if old:
             del times[:old], self._thrusts[:old], self._changes[:old]
 
     @property

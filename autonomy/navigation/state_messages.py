@@ -7,6 +7,7 @@ import imc
 from autonomy.navigation.depth_filter import DepthFilter
 from autonomy.navigation.gnss_position_correction import PositionEstimate
 from autonomy.navigation.horizontal_filter import EAST, NORTH, PSI, PSI_BIAS, R_BIAS, K, R, U, V
+from imc.reserved_ids import EMPTY_HEADER
 from support.rotations import Vector, rotate_to_ned, wrap
 
 
@@ -42,29 +43,10 @@ def estimated_state(
     phi, theta, _ = angles
     psi = wrap(x[PSI])
     vx, vy, _ = rotate_to_ned(phi, theta, psi, (x[U], x[V], heave))
-    depth = max(0.0, vertical.depth)
-    return imc.EstimatedState(
-        lat=position.lat,
-        lon=position.lon,
-        height=position.height,
-        x=x[NORTH],
-        y=x[EAST],
-        z=depth,
-        phi=wrap(phi),
-        theta=theta,
-        psi=psi,
-        u=x[U],
-        v=x[V],
-        w=heave,
-        vx=vx,
-        vy=vy,
-        vz=vertical.rate,
-        p=rates[0],
-        q=rates[1],
-        r=rates[2] - x[R_BIAS],
-        depth=depth,
-        alt=alt,
-    )
+    depth, (p, q, r) = max(0.0, vertical.depth), rates
+    place, pose = (position.lat, position.lon, position.height), (x[NORTH], x[EAST], depth, wrap(phi), theta, psi)
+    motion = x[U], x[V], heave, vx, vy, vertical.rate, p, q, r - x[R_BIAS]
+    return imc.EstimatedState(*EMPTY_HEADER, *place, *pose, *motion, depth, alt)
 
 
 def navigation_uncertainty(

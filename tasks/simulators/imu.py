@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Mapping
 
 import imc
+from imc.reserved_ids import UNADDRESSED
 from runtime import ParameterError, State, Task, consume, param
 from support.rotations import Vector, wrap
 from tasks.simulated_world import INVALID_TRUTH, is_valid_truth, mount_pose, position_param
@@ -230,21 +231,12 @@ class IMU(Task):
         wrong = self._offset if self.generate_noise else 0.0
         if self.generate_noise and self.gyro_rate_bias:
             wrong += math.radians(self.gyro_rate_bias) / 3600.0 * (self.now - self._began)
-        p, q, r = self.grade.gyroscope.quantize(rates)
-        x, y, z = self.grade.accelerometer.quantize(force)
-        for message in (
-            imc.EulerAngles(
-                timestamp=time,
-                time=time,
-                phi=wrap(phi),
-                theta=theta,
-                psi=wrap(psi + wrong),
-                psi_magnetic=wrap(psi),
-            ),
-            imc.AngularVelocity(timestamp=time, time=time, x=p, y=q, z=r),
-            imc.Acceleration(timestamp=time, time=time, x=x, y=y, z=z),
-        ):
-            self.publish(message, keep_time=True)
+        rates, force = self.grade.gyroscope.quantize(rates), self.grade.accelerometer.quantize(force)
+        header = time, *UNADDRESSED
+        attitude = imc.EulerAngles(*header, time, wrap(phi), theta, wrap(psi + wrong), wrap(psi))
+        self.publish(attitude, keep_time=True)
+        self.publish(imc.AngularVelocity(*header, time, *rates), keep_time=True)
+        self.publish(imc.Acceleration(*header, time, *force), keep_time=True)
 
     def _report_field(self, sample: InertialSample) -> None:
         """Publish the magnetic field at the true attitude of a sample."""

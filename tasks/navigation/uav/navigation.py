@@ -28,6 +28,7 @@ from autonomy.navigation import (
     missing_reason,
     offset_from,
 )
+from imc.reserved_ids import EMPTY_HEADER
 from runtime import State, Task, consume, param, periodic
 from support.rotations import Vector, rotate_to_body, rotate_to_ned, wrap
 
@@ -275,32 +276,10 @@ class Navigation(Task):
         phi, theta, psi = angles
         (north, east), (vn, ve) = self._over_ground.position, self._over_ground.velocity
         down, vd = self._height.filter.position[0], self._height.filter.velocity[0]
-        u, v, w = rotate_to_body(phi, theta, psi, (vn, ve, vd))
-        p, q, r = self._rates
-        self.publish(
-            imc.EstimatedState(
-                lat=reference.lat,
-                lon=reference.lon,
-                height=reference.height,
-                x=north,
-                y=east,
-                z=down,
-                phi=wrap(phi),
-                theta=theta,
-                psi=psi,
-                u=u,
-                v=v,
-                w=w,
-                vx=vn,
-                vy=ve,
-                vz=vd,
-                p=p,
-                q=q,
-                r=r,
-                depth=NO_DEPTH,
-                alt=max(0.0, -down),
-            )
-        )
+        pose, velocity = (north, east, down, wrap(phi), theta, psi), (vn, ve, vd)
+        through, place = rotate_to_body(phi, theta, psi, velocity), (reference.lat, reference.lon, reference.height)
+        depth, alt = NO_DEPTH, max(0.0, -down)
+        self.publish(imc.EstimatedState(*EMPTY_HEADER, *place, *pose, *through, *velocity, *self._rates, depth, alt))
         position, speed, _ = self._over_ground.variances
         vertical, climb, _ = self._height.filter.variances
         self.publish(
