@@ -29,7 +29,7 @@ class Trouble:
     """The reason why something does not work, empty while it works; a new one is logged, the same one is not again."""
 
     def __init__(self) -> None:
-        self.reason = ""
+        self.reason: str = ""
 
     def report(self, reason: str, log: Callable[[str], object], text: str = "") -> None:
         """Set the reason; if it is new, `log`, a method of a log book, is called with `text`, by default the reason."""

@@ -4,6 +4,7 @@ import asyncio
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from shoal.console.page_job import PageJob, PageJobError
 
@@ -29,6 +30,7 @@ class OverlayFiles:
         async with self._reading:
             if self._made is not None or self._folder is None:
                 return
+            found: dict[str, Any]
             try:
                 self._made = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
                 found = await self._worker.run({"folder": str(self._folder), "into": self._made.name})

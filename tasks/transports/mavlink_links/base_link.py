@@ -63,7 +63,7 @@ class Link:
         self.sessions: dict[Peer, Session] = {}
         self.counts: Counter[str] = Counter()
         self.dropped: DropCounter[Peer] = DropCounter[Peer](OTHERS)
-        self.trouble = Trouble()
+        self.trouble: Trouble = Trouble()
         self.signing: Signing | None = None
         self.is_open = False
         self._number = number
