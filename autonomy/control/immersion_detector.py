@@ -43,7 +43,8 @@ class ImmersionDetector:
 
     def record_depth(self, now: float, depth: float) -> None:
         """Take a measured depth (m) at the time `now` (s)."""
-        self.is_at_sea |= self._measured.update(now, DEEPEST_BENCH < depth <= self._deepest)
+        if not self.is_at_sea:
+            self.is_at_sea = self._measured.update(now, DEEPEST_BENCH < depth <= self._deepest)
 
     def record_estimate(self, now: float, depth: float, altitude: float, sinking: float) -> None:
         """Take an estimate at the time `now` (s).
@@ -51,6 +52,8 @@ class ImmersionDetector:
         It has depth and altitude above the bottom (m; below zero if unknown), and the speed downward (m/s; nan if
         unknown).
         """
+        if self.is_at_sea:
+            return
         self.is_at_sea |= self._estimated.update(now, DEEPEST_BENCH < depth <= self._deepest)
         self.is_at_sea |= self._by_depth.update(now, depth, altitude)
         (before, speed), self._last = self._last, (now, sinking)

@@ -19,7 +19,7 @@ class InertialFilter:
         self._noise = noise * noise
         self._walk = walk * walk
         self._initial = variances
-        self._p = [variances[0], 0.0, 0.0, variances[1], 0.0, variances[2]]  # pp, pv, pb, vv, vb, bb
+        self._p = (variances[0], 0.0, 0.0, variances[1], 0.0, variances[2])  # pp, pv, pb, vv, vb, bb
 
     @property
     def variances(self) -> tuple[float, float, float]:
@@ -35,18 +35,17 @@ class InertialFilter:
             velocity[axis] = speed + dt * a
         pp, pv, pb, vv, vb, bb = self._p
         half = 0.5 * dt * dt
-        pv_, vv_, vb_ = pv + dt * vv - half * vb, vv - dt * vb, vb - dt * bb
-        pp_, pb_ = pp + dt * pv - half * pb, pb + dt * vb - half * bb
-        pv_full = pv_ - dt * pb_
         q = (self._noise if noise is None else noise * noise) * dt
-        self._p = [
+        pp_, pb_ = pp + dt * pv - half * pb, pb + dt * vb - half * bb
+        pv_, vb_ = pv + dt * vv - half * vb, vb - dt * bb
+        self._p = (
             pp_ + dt * pv_ - half * pb_ + q * dt * dt / 3.0,
-            pv_full + 0.5 * q * dt,
+            pv_ - dt * pb_ + 0.5 * q * dt,
             pb_,
-            vv_ - dt * vb_ + q,
+            vv - dt * vb - dt * vb_ + q,
             vb_,
             bb + self._walk * dt,
-        ]
+        )
 
     def mahalanobis_squared(self, positions: Sequence[float], variance: float) -> float:
         """The squared Mahalanobis distance of measured positions with a variance (m²) of each axis."""
@@ -64,7 +63,7 @@ class InertialFilter:
             position[axis] += kp * innovation
             velocity[axis] += kv * innovation
             bias[axis] += kb * innovation
-        self._p = [pp - kp * pp, pv - kp * pv, pb - kp * pb, vv - kv * pv, vb - kv * pb, bb - kb * pb]
+        self._p = pp - kp * pp, pv - kp * pv, pb - kp * pb, vv - kv * pv, vb - kv * pb, bb - kb * pb
 
     def reset(self, positions: Sequence[float], variance: float, velocity_variance: float | None = None) -> None:
         """Reset to positions (m) of a variance (m²), with biases as uncertain as at the start.
@@ -73,4 +72,4 @@ class InertialFilter:
         """
         self.position = list(positions)
         speed = self._initial[1] if velocity_variance is None else velocity_variance
-        self._p = [variance, 0.0, 0.0, speed, 0.0, self._initial[2]]
+        self._p = (variance, 0.0, 0.0, speed, 0.0, self._initial[2])

@@ -89,15 +89,17 @@ class EventQueue:
     def schedule_timer(self, timer: Timer, time_ns: int) -> None:
         """Schedule a timer that is not pending, such as one whose call is being made."""
         now, later = self.now_ns, self._later
-        self._arrivals += 1
-        if time_ns == now or (time_ns < now and self.virtual):  # else it is overdue, and waits for the next turn
+        self._arrivals = arrival = self._arrivals + 1
+        if time_ns <= now:
             timer.time = now
-            self._due.append((self._fire, (timer,)))
-        else:
-            timer.time = time_ns = time_ns if time_ns > now else now
-            heappush(later, (time_ns, self._arrivals, timer))
-            if len(later) > self._sweep_at:
-                self._sweep()
+            if time_ns == now or self.virtual:
+                self._due.append((self._fire, (timer,)))
+                return
+            time_ns = now  # it is overdue, and waits for the next turn
+        timer.time = time_ns
+        heappush(later, (time_ns, arrival, timer))
+        if len(later) > self._sweep_at:
+            self._sweep()
 
     def after(self, seconds: float, function: Callable[..., object], *args: Any) -> Timer:
         time_ns = self.now_ns + round(seconds * SECOND)

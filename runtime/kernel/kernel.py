@@ -122,19 +122,22 @@ class Kernel(EventQueue):
     def _run_moment(self) -> None:
         due, instruments, on_error, most = self._due, self.observers, self.on_error, self.livelock_events
         before = busy = self._busy
+        if not due:
+            return
         try:
-            while due and not self._stopping:
+            for busy in range(before + 1, max(before, most) + 2):
                 function, args = due.popleft()
                 if instruments:
                     for instrument in instruments:
                         instrument.before_call(function, args)
-                busy += 1
                 try:
                     function(*args)
                 except BaseException as error:
                     on_error(self._owner(function, args), to_ordinary_exception(error))
-                if busy > most:
-                    raise LivelockError(most, self._owner(function, args))
+                if not due or self._stopping:
+                    break
+            if busy > most:
+                raise LivelockError(most, self._owner(function, args))
         finally:
             self._busy = busy
             self.events += busy - before

@@ -181,7 +181,8 @@ class Ticker:
         self._due_before = self.due
         self._hertz, self._count, self._start = hertz, 0, self._kernel.now_ns
         if hertz > 0.0:
-            self._schedule()
+            self._timer = self._kernel.at(self._start, self._tick)
+            self._timer.owner = self._task
 
     @property
     def due(self) -> int:
@@ -203,23 +204,18 @@ class Ticker:
             self._timer.cancel()
             self._timer = None
 
-    def _schedule(self) -> None:
-        due = self._start + round(self._count * SECOND / self._hertz)
-        if self._timer is None:
-            self._timer = self._kernel.at(due, self._tick)
-            self._timer.owner = self._task
-        else:
-            self._kernel.schedule_timer(self._timer, due)
-
     def _tick(self) -> None:
-        self._count += 1
-        missed = 0
-        if not self._kernel.virtual:
-            latest = int((self._kernel.now_ns - self._start) * self._hertz / SECOND)
-            missed = max(0, latest - self._count)
-            self._count += missed
+        kernel, missed = self._kernel, 0
+        count = self._count + 1
+        if not kernel.virtual:
+            latest = int((kernel.now_ns - self._start) * self._hertz / SECOND)
+            missed = max(0, latest - count)
+            count += missed
             self.missed += missed
-        self._schedule()  # first, since the method may change the rate or stop the task
+        self._count = count
+        assert self._timer is not None
+        # First, since the method may change the rate or stop the task.
+        kernel.schedule_timer(self._timer, self._start + round(count * SECOND / self._hertz))
         if self._counts:
             self.handler(missed + 1)
         else:

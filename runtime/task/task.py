@@ -165,9 +165,13 @@ class Task(DeviceTask):
         not fit its type, imc.SchemaError if the vehicle has no such message.
         """
         try:
-            timestamp = message.timestamp if keep_time else self._kernel.now
-            source = self.system if message.src == UNKNOWN_SYSTEM else message.src
-            speaker = (entity or self.entity).id if message.src_ent == UNKNOWN_ENTITY else message.src_ent
+            timestamp, source, speaker = message.timestamp, message.src, message.src_ent
+            if not keep_time:
+                timestamp = self._kernel.now
+            if source == UNKNOWN_SYSTEM:
+                source = self.system
+            if speaker == UNKNOWN_ENTITY:
+                speaker = (entity or self.entity).id
             origin = None if self.loopback_internal_messages else self
             return self._bus.publish(message, timestamp, source, speaker, origin)
         except Exception:

@@ -162,10 +162,10 @@ class _Step:
         (a, b, c), (x, y, z), per_second = before, after, 1.0 / length
         self.acceleration = per_second * (x - a), per_second * (y - b), per_second * (z - c)
         (a, b, c), (x, y, z) = end.angles, end.rates
-        turn = a - phi, b - theta, c - psi
-        if not -1.0 < min(turn) <= max(turn) < 1.0:  # nearly all are: calls cost more than the comparison
-            turn = wrap(turn[0]), wrap(turn[1]), wrap(turn[2])
-        self._motion = phi, turn[0], theta, turn[1], psi, turn[2], p, x - p, q, y - q, r, z - r
+        a, b, c = a - phi, b - theta, c - psi
+        if not (-1.0 < a < 1.0 and -1.0 < b < 1.0 and -1.0 < c < 1.0):  # nearly all are: calls cost more than that
+            a, b, c = wrap(a), wrap(b), wrap(c)
+        self._motion = phi, a, theta, b, psi, c, p, x - p, q, y - q, r, z - r
 
     def at(self, time: float) -> tuple[Vector, Vector]:
         """Angles and rates at a time."""

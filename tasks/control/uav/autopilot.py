@@ -148,23 +148,23 @@ class Autopilot(MultirotorAutopilotTask):
     def control(self, state: imc.EstimatedState) -> None:
         if not math.isfinite(state.x + state.y + state.z + state.vx + state.vy + state.vz + state.psi):
             return
-        silent, dt = self.age(self._stated), self.now - self._stated
-        self._stated, self._state = self.now, state
+        now, vertical, silent = self.now, self._vertical, self.age(self._stated)
+        dt, self._stated, self._state = now - self._stated, now, state
         if self._phase is not FlightPhase.BLIND:
-            self._dips.take_lost_time(self.now)  # the state has it
+            self._dips.take_lost_time(now)  # the state has it
         if self.recent_stall > UNKNOWN_MOTION:
-            self._vertical.resume()
+            vertical.resume()
         if silent > self.state_timeout:
-            self._resumed = self.now
+            self._resumed = now
             if silent <= GAP * self.state_timeout:
                 self._referred += silent  # without states nobody could lead it
         self._advance()
-        apart = self._vertical.contradicts(self.now, min(dt, LONGEST_STEP), state.alt, state.vz)
-        why = self._vertical.fault or ("EstimatedState contradicts barometer and accelerometer" if apart else "")
+        apart = vertical.contradicts(now, min(dt, LONGEST_STEP), state.alt, state.vz)
+        why = vertical.fault or ("EstimatedState contradicts barometer and accelerometer" if apart else "")
         if why and self._phase is not FlightPhase.GROUND:
             self._descend(state, why)
-        arrives = (self._vertical.measured_height(self.now) or math.inf) < self.landing_altitude
-        if self._phase is FlightPhase.BLIND and (arrives or not self._blind.trusts(self.now, self._resumed)):
+        arrives = (vertical.measured_height(now) or math.inf) < self.landing_altitude
+        if self._phase is FlightPhase.BLIND and (arrives or not self._blind.trusts(now, self._resumed)):
             self._blind.note_altitude(state.alt)
             return  # estimates that come and go would make it climb and fall
         if not self._begun and state.alt > ALOFT:
@@ -237,14 +237,15 @@ class Autopilot(MultirotorAutopilotTask):
 
     def _advance(self) -> None:
         """Advance height and vertical speed by accelerometer and barometer."""
-        elapsed, self._advanced = self.now - self._advanced, self.now
+        now = self.now
+        elapsed, self._advanced = now - self._advanced, now
         if self._phase is FlightPhase.GROUND:
             self._vertical.rest(self._state.alt if self._state is not None else 0.0)
         else:
-            dt = min(elapsed, LONGEST_STEP)
-            self._vertical.advance(self.now, dt, self._expected_force, self._mast)
+            dt, expected = min(elapsed, LONGEST_STEP), self._expected_force
+            self._vertical.advance(now, dt, expected, self._mast)
             if self._dips.powered:
-                self._law.update_load(dt, self._vertical.load_force(self.now, self._expected_force))
+                self._law.update_load(dt, self._vertical.load_force(now, expected))
 
     @property
     def _expected_force(self) -> float:
@@ -316,20 +317,20 @@ class Autopilot(MultirotorAutopilotTask):
         self._kept = 0.0
 
     def _fly(self, state: imc.EstimatedState, dt: float) -> None:
-        law, heading = self._law, self._kept
+        law, heading, vertical, now = self._law, self._kept, self._vertical, self.now
         if self._phase is FlightPhase.FOLLOW:
             wanted, heading = self._reference, self._kept if self._heading is None else self._heading
         elif self._phase is FlightPhase.LAND:
-            wanted = law.landing_velocity(state, self._hold, self._dips.urgent_descent(self.now))
+            wanted = law.landing_velocity(state, self._hold, self._dips.urgent_descent(now))
         else:
             wanted = law.position_hold_velocity(state, self._hold)
-        height = max(state.alt, self._vertical.measured_height(self.now) or 0.0)
+        height = max(state.alt, vertical.measured_height(now) or 0.0)
         wanted = law.below_fence(wanted, self._ceiling - height)
-        force = self._vertical.measured_force(self.now, self._expected_force)
-        command = law.step(state, wanted, heading, dt, force, at_once=self._dips.has_repeated(self.now))
+        force = vertical.measured_force(now, self._expected_force)
+        command = law.step(state, wanted, heading, dt, force, at_once=self._dips.has_repeated(now))
         self._command(command)
-        felt = self._vertical.fresh_force(self.now, BLIND_STEP)
-        if self._touchdown.update(self.now, law.velocity[2], state.vz, command.thrust / law.weight, felt):
+        felt = vertical.fresh_force(now, BLIND_STEP)
+        if self._touchdown.update(now, law.velocity[2], state.vz, command.thrust / law.weight, felt):
             self._enter(FlightPhase.GROUND, state)
 
     def _command(self, command: MultirotorCommand) -> None:
