@@ -2,6 +2,7 @@
 
 import math
 from bisect import bisect_left, bisect_right
+from collections import deque
 
 from autonomy.navigation.inertial_filter import InertialFilter
 
@@ -10,7 +11,8 @@ MEMORY = 2.0  # s, of forces that are compared
 WASHOUT = 1.5  # s; slower changes, as of the load, are not compared
 ROTOR_LAG = 0.08  # s, of the rotors' speed behind its command
 LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
-LATENCIES = 0.0, *(i * COARSENESS for i in range(2, 1 + int(LONGEST / COARSENESS)))  # one step may be the rotors'
+LATENCIES = tuple(i * COARSENESS for i in range(2, 1 + int(LONGEST / COARSENESS)))  # one step may be the rotors'
+FORGOTTEN = 10.0 * MEMORY  # s, after which less than a ten-thousandth of a difference is left
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
 EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
 FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
@@ -54,7 +56,8 @@ class ThrustResponseCheck:
         self._times: list[float] = []  # of the history, s
         self._thrusts: list[float] = []
         self._changes: list[float] = []  # of the thrust
-        self._off = [0.0] * len(LATENCIES)
+        self._at_once, self._late = 0.0, [0.0] * len(LATENCIES)
+        self._waiting: deque[tuple[float, float, float, float]] = deque()  # time, step, share kept, change of the force
         self._stirred = 0.0
         self._scale, self._off_scaled = 1.0, 0.0
 
@@ -77,26 +80,37 @@ class ThrustResponseCheck:
         self._usual_force += share * (force - self._usual_force)
         measured, keep = force - self._usual_force, max(0.0, 1.0 - dt / MEMORY)
         self._stirred = keep * self._stirred + dt * change * change
-        times, changes = self._times, self._changes
-        off = self._off
-        for number, late in enumerate(LATENCIES):  # the oldest change is that of all times before it
-            apart = measured - changes[bisect_right(times, now - late, 1) - 1]
-            off[number] = keep * off[number] + dt * (apart * apart)
+        self._at_once = at_once = keep * self._at_once + dt * (measured - change) ** 2
+        self._waiting.append((now, dt, keep, measured))
         self._off_scaled = keep * self._off_scaled + dt * (force - self._scale * self._made) ** 2
         self._scale += min(1.0, dt / LOAD_TIME) * (force / max(self._made, LEAST_MADE) - self._scale)
-        at_once, late = self._off[0], min(self._off[1:])
         if self.lags:
             self.lags = not (self._stirred > STIRRED and at_once < FOLLOWS * self._stirred)
         elif at_once > STIRRED:
             by_load = min(at_once, self._off_scaled)
-            self.lags = late < min(EXPLAINED * by_load, FOLLOWS * self._stirred)
+            self.lags = self._least_late() < min(EXPLAINED * by_load, FOLLOWS * self._stirred)
+
+    def _least_late(self) -> float:
+        """The squared differences of the latency that explains the force best.
+
+        In calm flight nobody asks, so the forces since the last call are compared with earlier thrusts here.
+        """
+        times, changes, found = self._times, self._changes, self._late
+        for now, dt, keep, measured in self._waiting:
+            for number, late in enumerate(LATENCIES):  # the oldest change is that of all times before it
+                apart = measured - changes[bisect_right(times, now - late, 1) - 1]
+                found[number] = keep * found[number] + dt * (apart * apart)
+        self._waiting.clear()
+        return min(found)
 
     def _record(self, now: float, thrust: float, change: float) -> None:
         times = self._times
         times.append(now)
         self._thrusts.append(thrust)
         self._changes.append(change)
-        oldest, old = now - LONGEST - COARSENESS, 0
+        while self._waiting and self._waiting[0][0] < now - FORGOTTEN:
+            self._waiting.popleft()
+        oldest, old = now - LONGEST - COARSENESS - FORGOTTEN, 0
         while times[old] < oldest:  # mostly it is one
             old += 1
         if old:

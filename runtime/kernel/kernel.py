@@ -121,11 +121,11 @@ class Kernel(EventQueue):
 
     def _run_moment(self) -> None:
         due, instruments, on_error, most = self._due, self.observers, self.on_error, self.livelock_events
-        before = busy = self._busy
         if not due:
             return
+        before = self._busy
         try:
-            for busy in range(before + 1, max(before, most) + 2):
+            for self._busy in range(before + 1, max(before, most) + 2):
                 function, args = due.popleft()
                 if instruments:
                     for instrument in instruments:
@@ -136,11 +136,10 @@ class Kernel(EventQueue):
                     on_error(self._owner(function, args), to_ordinary_exception(error))
                 if not due or self._stopping:
                     break
-            if busy > most:
+            if self._busy > most:
                 raise LivelockError(most, self._owner(function, args))
         finally:
-            self._busy = busy
-            self.events += busy - before
+            self.events += self._busy - before
 
     def _make_calls(self, most: int, chain: int = 1) -> object:
         """Make the next calls, so many at most, and report those that were slow; the owner of the last one.

@@ -16,13 +16,7 @@ from support.file_errors import describe_os_error
 from support.file_names import file_name_part
 from support.log_limit import Trouble
 from tasks.transports.imc_links.own_announce import SYSTEM_TYPES, announcement
-from tasks.transports.log_folder import (
-    LogFolder,
-    LogRemovedError,
-    log_line,
-    sync_and_close,
-    utc_text,
-)
+from tasks.transports.log_folder import LogFolder, LogRemovedError, log_line, sync_and_close, utc_text
 from tasks.transports.log_series import LogSeries
 
 MIB = 1 << 20
@@ -80,6 +74,7 @@ class Logging(Task):
             self._wanted |= {imc.EntityInfo, imc.LoggingControl, imc.Announce}
         unrecorded = {name for name in self.unrecorded_messages if name in schema and name not in names}
         self._unwanted: set[type[imc.Message]] = {schema[name] for name in unrecorded}
+        self._recorded: set[type[imc.Message]] = set()
         self._limit = self.lsf_volume_size * MIB or float("inf")
 
     def start(self) -> None:
@@ -134,11 +129,7 @@ class Logging(Task):
     def record(self, message: imc.Message, packet: bytes) -> None:
         """Append the packet to the log."""
         log = self._logs.current
-        kind = type(message)
-        if kind in self._unwanted or (self._wanted and kind not in self._wanted):
-            return
-        # Own marks are in the log already, see _mark.
-        if kind is LoggingControl and self._is_mark(message):
+        if type(message) not in self._recorded and not self._is_to_record(message):
             return
         if log is None or self._full:
             self._lose()
@@ -150,10 +141,20 @@ class Logging(Task):
             self._fail(error)
         if message.src_ent not in self._asked and message.src == self.system:
             self._asked.add(message.src_ent)
-            if kind is not imc.EntityInfo:
+            if not isinstance(message, imc.EntityInfo):
                 self.publish(imc.QueryEntityInfo(id=message.src_ent, dst=self.system, dst_ent=message.src_ent))
         if data.size >= self._limit:
             self._restart(self._label)
+
+    def _is_to_record(self, message: imc.Message) -> bool:
+        """Whether a message is to be recorded; remembers the types of which all are."""
+        kind = type(message)
+        if kind in self._unwanted or (self._wanted and kind not in self._wanted):
+            return False
+        if kind is LoggingControl:
+            return not self._is_mark(message)  # own marks are in the log already, see _mark
+        self._recorded.add(kind)
+        return True
 
     @consume
     def on_log_book_entry(self, entry: imc.LogBookEntry) -> None:
