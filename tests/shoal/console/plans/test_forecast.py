@@ -11,13 +11,14 @@ import imc
 from autonomy.plans import remaining_plan_at, sequential_plan
 from shoal.console import Role, User
 from shoal.console.page_job import PageJob
-from shoal.console.plans.forecast_routes import ForecastRoutes
+from shoal.console.plans.forecast_routes import ForecastRoutes, _parameters
 from shoal.console.plans.forecast_summary import describe_runs, enclosing_circles
-from shoal.network import Network
+from shoal.network import AsyncRemoteVehicle, Network, make_network
 from support.wgs84 import displace
 from tests.outside import until
 from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.operator_page import vehicle_page
+from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
 ANNA, BEN, CARL = User("anna", Role.OPERATE), User("ben", Role.OPERATE), User("carl", Role.MAINTAIN)
@@ -121,6 +122,22 @@ def test_the_options_and_parameters_of_the_running_vehicle_count(options):
     answer, (found,) = simulate(**options)
     assert answer["ok"], answer
     assert found["rows"][0][4] - found["battery"] > 0.5, found
+
+
+@pytest.mark.heavy
+def test_over_a_network_a_forecast_has_the_parameters_that_the_vehicle_has_now(tmp_path):
+    async def read() -> dict[str, dict[str, str]]:
+        async with make_network() as network:
+            vehicle = AsyncRemoteVehicle(network, await network.find_system(NAME))
+            await vehicle.param.set("Depth Sensor", {"Standard Deviation": "0.03"})
+            return await _parameters(vehicle)
+
+    with running(tmp_path, "--set", "Simulators.GPS:HDOP=3"):
+        found = asyncio.run(read())
+    assert float(found["Simulators.GPS"]["HDOP"]) == 3.0
+    assert float(found["Simulators.DepthSensor"]["Standard Deviation"]) == 0.03
+    answer, _ = simulate(parameters=found, horizon=10.0)
+    assert answer["ok"], answer
 
 
 @pytest.mark.heavy
