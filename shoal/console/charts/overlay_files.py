@@ -35,7 +35,7 @@ class OverlayFiles:
                 self._made = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
                 found = await self._worker.run({"folder": str(self._folder), "into": self._made.name})
             except (OSError, PageJobError) as error:
-                found = {"ok": False, "text": str(error)}
+                found["text"] = str(error)
             if found["ok"]:
                 self._files = {name: (number, size) for name, (number, size) in found["files"].items()}
                 self.troubles += found["troubles"]

@@ -35,7 +35,7 @@ READY = (
 def colors(*changed, plan=SURE, without=(), is_live=False, silence=0.0):
     """The colors of a vehicle that is ready, but for some messages; by name. It has been silent for a while (s)."""
     system = NetworkSystem("lauv", labels={1: "Navigation", 2: "Leak Sensor - Nose"})
-    system.last["udp"] = system.heard_at = time.monotonic() - silence
+    system.last["udp"] = system.received_at = time.monotonic() - silence
     for message in (*READY, *changed):
         if not isinstance(message, tuple(without) or type(None)):
             system.store_latest(message.replace(timestamp=NOW))
