@@ -47,6 +47,8 @@ class AsyncRemoteVehicle:
     async def latest(self, kind: type[M], *, entity: str = "", timeout: float | None = None) -> M:
         """The last message of a type, of one entity (label) if it is named; waits for the first one.
 
+        Messages of the type are received from then on.
+
         Raises NoAnswer if none comes in time.
         """
         self.network.subscribe(self.system, (kind,))
