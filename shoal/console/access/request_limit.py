@@ -19,9 +19,11 @@ ORDER = "/api/order"
 TILES, COST_OF_TILE = "/tiles/", 0.1
 COSTS = MappingProxyType(
     {
+        "/api/cameras": 0.5,
         "/api/checks": 10.0,
         "/api/contours": 4.0,
         "/api/flight": 4.0,
+        "/api/lease": 4.0,
         "/api/limits": 4.0,
         "/api/log-file": 4.0,
         "/api/log-report": 4.0,
@@ -42,7 +44,8 @@ COSTS = MappingProxyType(
         "/layout.json": 4.0,
     }
 )
-"""Costs of requests that ask a vehicle, read the disk or compute; of others 1."""
+"""Costs of requests that ask a vehicle, read the disk, compute or are logged, and of those that live views repeat; of
+others 1."""
 TOO_MANY = "too many requests: wait a moment"
 
 
