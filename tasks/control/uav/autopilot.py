@@ -157,7 +157,7 @@ class Autopilot(MultirotorAutopilotTask):
         if silent > self.state_timeout:
             self._resumed = now
             if silent <= GAP * self.state_timeout:
-                self._referred += silent  # without states nobody could lead it
+                self._referred = min(self.now, self._referred + silent)  # without states nobody could lead it
         self._advance()
         apart = vertical.contradicts(now, min(dt, LONGEST_STEP), state.alt, state.vz)
         why = vertical.fault or ("EstimatedState contradicts barometer and accelerometer" if apart else "")
@@ -281,10 +281,9 @@ class Autopilot(MultirotorAutopilotTask):
         if phase is FlightPhase.HOVER and self._loops.mask:
             self.set_entity_state(State.ERROR, "timed out while waiting for velocity")
         elif self._phase is not FlightPhase.BLIND:
-            overrides = (
-                self._landing and self._loops.mask
-            )  # the plan ends with this reason, not as it makes no progress
-            self.set_entity_state(State.ERROR if overrides else State.NORMAL, self._landing or phase.name.lower())
+            # A plan ends with this reason, not as it makes no progress.
+            how = State.ERROR if self._landing and self._loops.mask else State.NORMAL
+            self.set_entity_state(how, self._landing or phase.name.lower())
 
     def _land(self, reason: str) -> None:
         if not self._landing and self._phase is not FlightPhase.GROUND:

@@ -226,6 +226,15 @@ def test_what_is_no_number_is_refused():
     assert "desired velocity is not a number" in run.log
 
 
+def test_a_reference_that_comes_in_a_gap_of_the_state_ages_as_any_other():
+    forces = [imc.Acceleration(timestamp=0.2 + 0.05 * i, z=-GRAVITY) for i in range(200)]
+    feed = [enable(Loops.VELOCITY), *states(5.0), *states(4.0, start=6.1), *forces, *velocity(0.5, until=6.0)]
+    tasks = [(Autopilot, {"ahrs": "", "reference_timeout": 0.5})]
+    run = simulate(tasks, feed=sorted(feed, key=lambda message: message.timestamp), seconds=8.0)
+    modes = [message.mode for message in run.of(imc.AutopilotMode)]
+    assert modes[-3:] == ["GUIDED", "LOITER", "LOITER"], "the last reference came at 5.9 s"
+
+
 def test_one_that_begins_in_the_air_hovers():
     run = simulate(Autopilot, feed=states(3.0, z=-10.0, alt=10.0))
     assert phases(run) == ["GROUND", "LOITER"]
