@@ -76,7 +76,7 @@ class ManualControl:
         model = self._control.model
         if model.kind.afloat and model.mode is not Mode.MANUAL:
             return
-        if self._ignored.is_due((message.system, message.component), now):
+        if self._ignored.is_due((id(session), message.system, message.component), now):
             session.send_statustext(statustext.WARNING, NOT_CHOSEN if model.kind.afloat else AIRCRAFT, now)
 
     def _may_steer(self, operator: tuple[Session, int, int], now: float) -> bool:

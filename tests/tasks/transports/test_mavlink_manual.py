@@ -129,6 +129,9 @@ def test_an_aircraft_is_not_steered(tmp_path):
     console.steer(4.0, x=0, y=500, z=500, r=0)
     console.say("RC_CHANNELS_OVERRIDE", target_system=console.mine, chan1_raw=1800)
     assert console.texts() == ["Stick ignored: an aircraft is not steered by hand"]
+    other = Helmsman(flown)
+    other.steer(0.2, x=600, z=500)
+    assert other.texts() == ["Stick ignored: an aircraft is not steered by hand"], "most stations have the id 255"
     console.steer(21.0, x=600, z=500)
     assert console.texts() == ["Stick ignored: an aircraft is not steered by hand"]
     assert flown.modes[-1] == modes[-1]
