@@ -19,6 +19,7 @@ NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION, SHORTEST_ANSWER = 15.0, 0.1  # s
 LATE_COMMAND = 5.0  # s before an Abort in which a command was sent that does not count any more
 PLANLESS = 3.0  # s that a maneuver of the own plan engine may last without a plan
+BEGINNING = (Command.EXEC_MANEUVER, Command.START_CALIBRATION)
 BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
 ROBUST = (Mode.BOOT, Mode.CALIBRATION, Mode.ERROR)  # entity errors do not change these modes
 
@@ -156,7 +157,9 @@ class Vehicle(Task):
     def on_vehicle_command(self, request: imc.VehicleCommand) -> None:
         if request.type != imc.VehicleCommand.Type.REQUEST or not self.is_for_me(request):
             return
-        if request.command == Command.EXEC_MANEUVER:
+        if request.command in BEGINNING and self._was_aborted_since(request):
+            self._answer(request, "it was aborted before it began", failed=True)
+        elif request.command == Command.EXEC_MANEUVER:
             self._execute(request)
         elif request.command == Command.STOP_MANEUVER:
             if self._mode in (Mode.MANEUVER, Mode.CALIBRATION):
@@ -193,13 +196,15 @@ class Vehicle(Task):
             return
         self._publish_state()
 
+    def _was_aborted_since(self, request: imc.VehicleCommand) -> bool:
+        """Whether an Abort came after a command of the own plan engine was sent."""
+        return request.src == self.system and 0.0 <= self._aborted_at - request.timestamp <= LATE_COMMAND
+
     def _execute(self, request: imc.VehicleCommand) -> None:
         if self._mode is Mode.EXTERNAL:
             self._answer(request, "cannot start a maneuver in EXTERNAL mode", failed=True)
         elif request.maneuver is None:
             self._answer(request, "no maneuver given", failed=True)
-        elif request.src == self.system and 0.0 <= self._aborted_at - request.timestamp <= LATE_COMMAND:
-            self._answer(request, "it was aborted before it began", failed=True)
         else:
             self._begin(request.maneuver)
             self._planned = request.src == self.system
