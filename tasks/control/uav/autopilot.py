@@ -346,5 +346,5 @@ class Autopilot(MultirotorAutopilotTask):
         self.publish(imc.ArmingState(state=states.DISARMED if rests else states.ARMED))
         self.publish(imc.AutopilotMode(autonomy=imc.AutopilotMode.Autonomy.AUTO, mode=self._phase.value))
         self.publish(imc.Throttle(value=100.0 * self._share))
-        if rests:
+        if rests and not (self._follows and self._reference[2] < -RISES):
             self.set_entity_state(State.NORMAL, "on the ground")

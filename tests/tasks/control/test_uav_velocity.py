@@ -1,6 +1,7 @@
 """Control of a multirotor in the air: velocities, climbs, hovering, and when it lands by itself."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -147,6 +148,15 @@ def test_an_empty_battery_lands_it_whatever_is_asked_for_and_keeps_it_there():
     run = air(*UP, *velocity(6.5, u=2.0, until=20.0), empty, *again, seconds=36.0)
     assert phases(run) == ["GROUND", "GUIDED", "LAND", "GROUND"]
     assert any("the battery is low" in text for text in run.log)
+
+
+def test_a_takeoff_that_is_refused_is_one_error_as_long_as_it_is_asked_for():
+    low = imc.FuelLevel(timestamp=0.2, value=5.0)
+    run = air(low, enable(Loops.VELOCITY), *velocity(0.5, w=-2.0, until=5.0), seconds=8.0)
+    own = run.tasks[2].entity
+    states = [message.state for message in run.of(imc.EntityState) if message.src_ent == own.id]
+    changes = [after for before, after in pairwise(states) if before != after]
+    assert changes == [State.ERROR, State.NORMAL]
 
 
 def test_a_velocity_that_does_not_come_is_an_error_and_it_hovers():
