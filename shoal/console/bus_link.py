@@ -64,11 +64,12 @@ class BusLink(NetworkLink):
         self._wanted |= {(system, message) for message in messages or ("",)}
         self._task.request_messages(messages)
 
-    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+    def unsubscribe(self, system: str, messages: Collection[str]) -> bool:
         self._wanted -= {(system, message) for message in messages or ("",)}
         left = {message for _, message in self._wanted}
         for message in [message for message in messages or ("",) if message not in left]:
             self._task.release_messages((message,) if message else ())
+        return True
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         self._active_until = asyncio.get_running_loop().time() + ACTIVE

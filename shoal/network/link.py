@@ -131,8 +131,11 @@ class NetworkLink(Protocol):
         """Ask for messages of a system, from now on; EVERYBODY and EVERYTHING are possible. Links may bring more."""
         ...
 
-    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
-        """Ask no longer for what `subscribe` has asked for in the same words. Links may bring it nevertheless."""
+    def unsubscribe(self, system: str, messages: Collection[str]) -> bool:
+        """Ask no longer for what `subscribe` has asked for in the same words.
+
+        Returns whether it ends with that; other links bring it nevertheless.
+        """
         ...
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import Self
 
 from shoal.network.link import EVERYBODY, EVERYTHING, NetworkLink
-from shoal.network.system_table import NetworkSystemTable
+from shoal.network.system_table import NetworkSystem, NetworkSystemTable
 
 LINGER = 5.0  # s after the last use, since the next one often comes soon; all messages end at once
 ALL = ""  # in place of the name of a message
@@ -22,7 +22,7 @@ class MessageRequests:
         self._links, self._systems = links, systems
         self._uses: Counter[tuple[str, str]] = Counter()
         self._ending: dict[tuple[str, str], asyncio.TimerHandle] = {}
-        self._ended: set[tuple[str, str]] = set()
+        self._ended: set[tuple[str, str]] = set()  # by system, which is not EVERYBODY
         self._is_closed = False
 
     def begin(self, system: str, messages: Collection[str]) -> None:
@@ -32,9 +32,7 @@ class MessageRequests:
             ending = self._ending.pop(place, None)
             if ending is not None:
                 ending.cancel()
-            if place in self._ended:
-                self._ended.discard(place)
-                self._forget(*place)
+        self._forget_ended(system, messages)
         for link in self._links:
             link.subscribe(system, messages)
 
@@ -59,18 +57,27 @@ class MessageRequests:
     def _stop(self, place: tuple[str, str]) -> None:
         self._ending.pop(place, None)
         system, message = place
-        if message != ALL:
-            self._ended.add(place)
-        for link in self._links:
-            link.unsubscribe(system, (message,) if message != ALL else EVERYTHING)
+        words = (message,) if message != ALL else EVERYTHING
+        if any([link.unsubscribe(system, words) for link in self._links]):
+            for each in self._named(system):
+                names = words or {name for name, _ in each.latest}
+                self._ended |= {(each.name, name) for name in names if not self._is_brought(each.name, name)}
 
-    def _forget(self, system: str, message: str) -> None:
+    def _forget_ended(self, system: str, messages: Collection[str]) -> None:
         """Forget messages that links have not brought meanwhile; those of UDP and TCP bring all that they have."""
-        for each in self._systems.values() if system == EVERYBODY else filter(None, [self._systems.get(system)]):
-            covering = ((each.name, message), (each.name, ALL), (EVERYBODY, message), (EVERYBODY, ALL))
-            is_covered = sum(self._uses[place] for place in covering if place in self._uses) > 1
-            if not is_covered and any(link.delivers_all for link in each.links.values()):
-                each.forget_latest(message)
+        for each in self._named(system):
+            for place in [(name, m) for name, m in self._ended if name == each.name and (not messages or m in messages)]:
+                self._ended.discard(place)
+                if any(link.delivers_all for link in each.links.values()):
+                    each.forget_latest(place[1])
+
+    def _is_brought(self, system: str, message: str) -> bool:
+        places = ((system, message), (system, ALL), (EVERYBODY, message), (EVERYBODY, ALL))
+        return any(place in self._uses or place in self._ending for place in places)
+
+    def _named(self, system: str) -> list[NetworkSystem]:
+        """The systems of a name, or all."""
+        return [each for each in self._systems.values() if system in (EVERYBODY, each.name)]
 
 
 def _places(system: str, messages: Collection[str]) -> Iterator[tuple[str, str]]:

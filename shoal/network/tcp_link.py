@@ -70,8 +70,9 @@ class TCPLink:
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The vehicle's profile decides what it sends."""
 
-    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+    def unsubscribe(self, system: str, messages: Collection[str]) -> bool:
         """The systems send the same to all consoles."""
+        return False
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         for line in self._lines:

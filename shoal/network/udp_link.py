@@ -113,8 +113,9 @@ class UDPLink:
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The vehicle's profile decides what it sends."""
 
-    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+    def unsubscribe(self, system: str, messages: Collection[str]) -> bool:
         """The systems send the same to all consoles."""
+        return False
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         # An abort is for all vehicles of a name: to miss one of two would be the dangerous mistake.

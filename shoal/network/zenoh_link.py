@@ -113,7 +113,7 @@ class ZenohLink:
             self._asked[f"imc/{system}/@q/{key_chunk(message)}/*"] = None
         self._ask()
 
-    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+    def unsubscribe(self, system: str, messages: Collection[str]) -> bool:
         """Receive no more; what else was requested, and was part of it, begins before it ends."""
         ended = key_expressions(EVERYBODY if system == EVERYBODY else key_chunk(system), messages)
         undeclare = [self._wanted.pop(expression, None) for expression in ended]
@@ -123,6 +123,7 @@ class ZenohLink:
         for end in undeclare:
             if end is not None:
                 end()
+        return True
 
     def _subscribe_requested(self) -> None:
         """Subscribe what was requested and is no part of another subscription."""

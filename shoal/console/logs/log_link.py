@@ -84,8 +84,9 @@ class LogLink:
     def subscribe(self, system: str, messages: Collection[str]) -> None:
         """The log brings everything."""
 
-    def unsubscribe(self, system: str, messages: Collection[str]) -> None:
+    def unsubscribe(self, system: str, messages: Collection[str]) -> bool:
         """The log brings everything."""
+        return False
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         """Do nothing: a log takes no messages."""
