@@ -66,10 +66,11 @@ class MessageRequests:
     def _forget_ended(self, system: str, messages: Collection[str]) -> None:
         """Forget messages that links have not brought meanwhile; those of UDP and TCP bring all that they have."""
         for each in self._named(system):
-            for place in [(name, m) for name, m in self._ended if name == each.name and (not messages or m in messages)]:
-                self._ended.discard(place)
+            names = {message for name, message in self._ended if name == each.name}
+            for message in names.intersection(messages) if messages else names:
+                self._ended.discard((each.name, message))
                 if any(link.delivers_all for link in each.links.values()):
-                    each.forget_latest(place[1])
+                    each.forget_latest(message)
 
     def _is_brought(self, system: str, message: str) -> bool:
         places = ((system, message), (system, ALL), (EVERYBODY, message), (EVERYBODY, ALL))

@@ -26,7 +26,9 @@ def no_linger(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shoal.network.message_requests.LINGER", 0.0)
 
 
-def is_kept(first: tuple[type[imc.Message], ...], *, is_for_all: bool, ends: bool = True, covered: bool = False) -> bool:
+def is_kept(
+    first: tuple[type[imc.Message], ...], *, is_for_all: bool, ends: bool = True, covered: bool = False
+) -> bool:
     """Whether a Temperature is still known after the use of some types has ended and a plot of it begins."""
 
     async def run() -> bool:
