@@ -85,7 +85,7 @@ class Link:
         if not (self._warned or url.is_local or url.requires_signing):
             self._warned = True
             unsigned = "unsigned frames are accepted here" if url.key else "MAVLink is not signed here"
-            self._host.log.warning(f"{url.text}: {unsigned}; {self._host.commanders.risk}")
+            self._host.log.warning(f"{self.url.text}: {unsigned}; {self._host.commanders.risk}")
 
     def _open(self) -> None:
         """Open what is below. Raises OSError."""

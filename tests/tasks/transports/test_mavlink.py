@@ -174,6 +174,19 @@ def test_a_link_beyond_this_computer_is_warned_of():
     assert f"udpin:0.0.0.0:{port}:px4: MAVLink is not signed here" in told
 
 
+@pytest.mark.heavy
+def test_the_warning_names_the_port_that_is_free():
+    async def script(control):
+        await control.sleep(2.0)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("0.0.0.0", 0))
+        port = taken.getsockname()[1]
+        run = sail(script, f"udpin://0.0.0.0:{port}", clock=WallClock())
+    moved, unsigned = run.log
+    assert unsigned.partition(": MAVLink")[0] == moved.partition("connect to ")[2]
+
+
 def test_arming_is_told_at_once_on_all_links():
     async def script(control):
         one, other = Station(control, ports[0]), Station(control, ports[1])
