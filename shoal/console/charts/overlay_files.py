@@ -38,9 +38,9 @@ class OverlayFiles:
                 found["text"] = str(error)
             if found["ok"]:
                 self._files = {name: (number, size) for name, (number, size) in found["files"].items()}
-                self.troubles += found["troubles"]
+                self.troubles = found["troubles"]
             else:
-                self.troubles.append(f"{self._folder}: no overlays: {found['text']}")
+                self.troubles = [f"{self._folder}: no overlays: {found['text']}"]
 
     @property
     def sizes(self) -> Mapping[str, int]:

@@ -22,9 +22,10 @@ export async function readText(replaces = true) {
   if (!answer.ok) write(page.drawHint, answer.text, "bad");
   track.clear();
   track.line((answer.path ?? []).flatMap(({ places }) => places), { color: COLOR });
-  if (!answer.ok || !answer.text) return null;
-  if (replaces || ["", written].includes(text.value)) text.value = written = answer.text;
-  return answer.text;
+  if (!answer.ok) return null;
+  const drawn = isEmpty() ? "" : answer.text;
+  if (replaces && drawn || ["", written].includes(text.value)) text.value = written = drawn;
+  return drawn || null;
 }
 
 function drawMarks() {

@@ -1,7 +1,9 @@
 """Charts of other programs become overlays of the map; `small.000` is written by GDAL 3.12."""
 
 import asyncio
+import errno
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -167,6 +169,16 @@ def test_another_process_reads_overlays_and_their_files_end_with_the_page(tmp_pa
     found.close()
     assert not path.exists()
     assert found.path("a") is None
+
+
+def test_a_full_disk_is_named_once_however_often_a_page_asks(tmp_path, monkeypatch):
+    def make(**_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("tempfile.TemporaryDirectory", make)
+    found = overlays_of(tmp_path)
+    asyncio.run(found.read())
+    assert found.troubles == [f"{tmp_path}: no overlays: [Errno 28] No space left on device"]
 
 
 def test_a_depth_beyond_all_numbers_is_none(tmp_path):

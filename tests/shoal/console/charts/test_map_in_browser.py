@@ -86,6 +86,15 @@ def test_shapes_have_their_own_depth_altitude_and_speed(page):
     page.press_at(300, 300)
     text = "document.getElementById('plan-text').value"
     until(lambda: "goto" in page.run(text))  # as long as nobody has written another one
+    page.press("#draw-undo")
+    until(lambda: page.run(text) == "")
+    page.run(f"{text} = 'written'")
+    page.press("#draw-text")
+    page.run("import('/files/plan_shapes.js').then(({ readText }) => readText())")
+    assert page.run(text) == "written", "nothing is drawn"
+    page.run(f"{text} = ''")
+    page.press_at(300, 300)
+    until(lambda: "goto" in page.run(text))
     page.run(f"{text} = 'written'")
     choose_kind(page, "rows")
     for x, y in ((300, 500), (500, 500), (500, 400)):
