@@ -4,12 +4,13 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 import imc
 from autonomy.plans import remaining_plan_at, sequential_plan
 from shoal.console.vehicle_view import RUNNING, motors, position, word
 from shoal.missions import PlanFileError, parse_plan
-from shoal.network import AsyncRemoteVehicle, NetworkSystem
+from shoal.network import AsyncRemoteVehicle, MessageListener, NetworkSystem
 
 OBEYED = 2.0  # s in which a vehicle shows that it obeys
 LOOK = 0.05  # s between two looks at its latest messages
@@ -191,19 +192,28 @@ async def _start(vehicle: AsyncRemoteVehicle, plan: str | imc.PlanSpecification)
     """Start a plan; the answer says whether the vehicle executes it."""
     name = plan if isinstance(plan, str) else plan.plan_id
     estimates: list[str] = []
-    before = vehicle.system.latest_message(imc.PlanControlState)
-    await vehicle.plan.start(plan, wait=False, estimated=lambda estimate: estimates.append(estimate.describe()))
-    system = vehicle.system
-
-    def runs() -> bool:
-        state = system.latest_message(imc.PlanControlState)
-        if state is None or state is before:
-            return False
-        return state.plan_id == name and state.state in RUNNING
-
-    if not await _becomes(runs):
-        raise OrderError(f"{name} was accepted, but is not carried out after {OBEYED:g} s: mode {_mode_text(system)}")
+    network, system = vehicle.network, vehicle.system
+    states = network.listen(system, (imc.PlanControlState,))
+    try:
+        await vehicle.plan.start(plan, wait=False, estimated=lambda estimate: estimates.append(estimate.describe()))
+        if not await _is_carried_out(states, system, name):
+            text = f"{name} was accepted, but is not carried out after {OBEYED:g} s: mode {_mode_text(system)}"
+            raise OrderError(text)
+    finally:
+        network.close_listener(states)
     return f"obeyed: {name} is carried out; {estimates[0]}" if estimates else f"obeyed: {name} is carried out"
+
+
+async def _is_carried_out(states: MessageListener, system: NetworkSystem, plan: str) -> bool:
+    """Whether a vehicle begins a plan soon, which may be over at once: a vehicle at the surface has come up."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(OBEYED):
+            while True:
+                _, state = await states.next(OBEYED)
+                assert isinstance(state, imc.PlanControlState)
+                if state.src == system.id and state.plan_id == plan and state.state in RUNNING:
+                    return True
+    return False
 
 
 async def _position(vehicle: AsyncRemoteVehicle) -> tuple[float, float, float]:
