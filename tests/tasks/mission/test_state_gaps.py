@@ -51,7 +51,7 @@ def test_several_gaps_make_no_hard_touchdown(altitude, times, tmp_path):
     gaps = [(at, gap(0.9)) for at in times]
     flight = Flight(tmp_path, *gaps, plan=plan(altitude), seconds=90.0, until_down=True)
     assert flight.modes[-1] == "GROUND"
-    assert flight.touchdown < 2.5
+    assert flight.touchdown < 1.0
     assert (flight.modes == ["GROUND", "GUIDED", "GROUND"]) is (times[1] > 13.0), "the second one came too soon"
 
 
