@@ -1,9 +1,10 @@
 """Random missions with pairs of faults that come and go, drift, lag, use wrong units, or change the vehicle's weight.
 
-`python bench/fault_pairs.py --missions 100 --seed 1` flies missions of `bench/campaign.py` with other faults, prints
-each failure with its seed, and exits with 1 if there is one. Beside the criteria there: none above the fence, and no
-touchdown of a multirotor faster than 2.5 m/s. Missions with jammed fins may end on the bottom, and a vehicle with more
-weight than buoyancy may be kept at the surface by its motor: it sinks until the motor turns, and comes up again.
+`python bench/fault_pairs.py --missions 100 --seed 1` flies missions of `random_missions` with other faults, prints
+each failure with its seed, and exits with 1 if there is one. Beside the criteria of `campaign`: none above the fence,
+and no touchdown of a multirotor faster than 2.5 m/s. Missions with jammed fins may end on the bottom, and a vehicle
+with more weight than buoyancy may be kept at the surface by its motor: it sinks until the motor turns, and comes up
+again.
 """
 
 import math
