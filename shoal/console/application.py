@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any, cast
 
 from starlette.applications import Starlette
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Scope
@@ -42,6 +42,7 @@ MOST_VIEWERS, MOST_WATCHING = 32, 24  # pages; those of users who may watch only
 CLOSING = 1.0  # s
 UNREAD = 5.0  # s in which a page has to take a frame
 MOST_WORDS = 4096  # bytes of a message of the page
+WORDS_PAUSE = 0.1  # s between two of them: more often nobody draws other fields
 SERVICE: dict[str, str | bool] = {  # for the menu of BlueOS, which asks each port of its computer
     "name": "Shoal",
     "description": "The vehicle on a map, its health, plans and log book",
@@ -131,9 +132,9 @@ class ConsoleApplication:
 
     def _client(self, scope: Scope) -> Hashable:
         """The session of a request, or the address without one."""
-        request = Request(scope)
-        session = self._accounts.session(request)
-        return session.number if session is not None else request.client and request.client.host
+        connection = HTTPConnection(scope)
+        session = self._accounts.session(connection)
+        return session.number if session is not None else connection.client and connection.client.host
 
     def _logged_in(self, answer: Answer) -> Answer:
         async def checked(request: Request) -> Response:
@@ -263,6 +264,7 @@ class ConsoleApplication:
             fields = words.get("fields")
             if isinstance(fields, list):
                 self._feed.set_fields(viewer, [each for each in cast(list[object], fields) if isinstance(each, str)])
+            await asyncio.sleep(WORDS_PAUSE)
 
     def _is_present(self, secret: str | None) -> bool:
         """Whether a session lasts, whose page is open: it keeps its leases."""

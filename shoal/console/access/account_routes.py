@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
@@ -28,7 +28,7 @@ class AccountRoutes:
             Route("/api/lease", self._lease, methods=["POST"]),
         ]
 
-    def session(self, request: Request) -> PageSession | None:
+    def session(self, request: HTTPConnection) -> PageSession | None:
         """The session of a request."""
         return self._access.session(request.cookies.get(self._cookie))
 

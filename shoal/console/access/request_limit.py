@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocketClose
 
 from support.token_bucket import TokenBuckets
 
@@ -15,7 +16,7 @@ MOST_CLIENTS = 256
 FREE = frozenset({"/", "/healthz", "/register_service", "/api/login"})
 """Constant answers, and logins, which have a limit of their own."""
 FREE_FOLDER = "/files/"
-ORDER = "/api/order"
+ORDERS = frozenset({"/api/order", "/steering"})
 TILES, COST_OF_TILE = "/tiles/", 0.1
 COSTS = MappingProxyType(
     {
@@ -41,6 +42,8 @@ COSTS = MappingProxyType(
         "/api/replay": 0.5,
         "/api/resume": 10.0,
         "/api/series": 10.0,
+        "/foxglove": 4.0,
+        "/frames": 2.0,
         "/layout.json": 4.0,
     }
 )
@@ -51,6 +54,8 @@ TOO_MANY = "too many requests: wait a moment"
 
 class RequestLimit:
     """An ASGI application around another one; too many requests of `client(scope)` are answered with 429.
+
+    A WebSocket is one request; a client that opens too many is closed with 1013.
 
     `clock` returns seconds.
     """
@@ -63,8 +68,10 @@ class RequestLimit:
         self._orders = TokenBuckets(ORDER_RATE, ORDER_BURST, MOST_CLIENTS)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http" or self._admits(scope):
+        if scope["type"] not in ("http", "websocket") or self._admits(scope):
             await self._app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await WebSocketClose(1013, TOO_MANY)(scope, receive, send)
         else:
             await PlainTextResponse(TOO_MANY, 429, headers={"Retry-After": "1"})(scope, receive, send)
 
@@ -72,6 +79,6 @@ class RequestLimit:
         path: str = scope["path"]
         if path in FREE or path.startswith(FREE_FOLDER):
             return True
-        buckets = self._orders if path == ORDER else self._requests
+        buckets = self._orders if path in ORDERS else self._requests
         cost = COST_OF_TILE if path.startswith(TILES) else COSTS.get(path, 1.0)
         return buckets[self._client(scope)].try_acquire(self._clock(), cost)

@@ -1,7 +1,9 @@
 """Requests to the page that are not those of its own scripts."""
 
+import asyncio
 import json
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from types import SimpleNamespace
 
 import pytest
 from websockets.exceptions import InvalidStatus
@@ -9,6 +11,7 @@ from websockets.exceptions import InvalidStatus
 import imc
 from shoal.console import Role, Users
 from shoal.console.access.page_security import PageSecurity
+from shoal.console.application import WORDS_PAUSE, ConsoleApplication
 from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.console.page_of_nobody import served_page
 
@@ -93,3 +96,21 @@ def test_who_logs_out_gives_up_the_lease_at_once(tmp_path):
         page.log_in(user="ben", password="correct horse")
         content = page.request("POST", "/api/lease", words)[1]
         assert json.loads(content) == {"ok": True, "text": "you command this vehicle"}
+
+
+def test_a_page_that_draws_other_fields_all_the_time_has_a_few_of_them_read():
+    drawn = []
+
+    async def receive_text() -> str:
+        await asyncio.sleep(0.0)
+        return json.dumps({"fields": [f"{len(drawn)}"]})
+
+    async def run() -> None:
+        page = SimpleNamespace(_feed=SimpleNamespace(set_fields=lambda _, fields: drawn.append(fields)))
+        with suppress(TimeoutError):
+            async with asyncio.timeout(2.5 * WORDS_PAUSE):
+                await ConsoleApplication._read_words(page, SimpleNamespace(receive_text=receive_text), None)
+
+    asyncio.run(run())
+    assert drawn[0] == ["0"]
+    assert len(drawn) <= 3

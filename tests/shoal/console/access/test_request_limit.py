@@ -9,7 +9,9 @@ from shoal.console.access.request_limit import BURST, COSTS, RequestLimit
 
 
 async def answer(scope: Scope, receive: Receive, send: Send) -> None:
-    await send({"type": "http.response.start", "status": 200})
+    await send(
+        {"type": "http.response.start", "status": 200} if scope["type"] == "http" else {"type": "websocket.accept"}
+    )
 
 
 def statuses(limit: RequestLimit, path: str, number: int, session: int = 1) -> Counter[int]:
@@ -25,6 +27,22 @@ def statuses(limit: RequestLimit, path: str, number: int, session: int = 1) -> C
 
     asyncio.run(run())
     return found
+
+
+def accepted(limit: RequestLimit, path: str, number: int) -> int:
+    """How many WebSockets of so many are opened, one after the other."""
+    found: list[dict] = []
+
+    async def run() -> None:
+        for _ in range(number):
+            await limit({"type": "websocket", "path": path, "session": 1}, None, send)
+
+    async def send(message: dict) -> None:
+        found.append(message)
+
+    asyncio.run(run())
+    assert all(each["code"] == 1013 for each in found if each["type"] == "websocket.close")
+    return sum(each["type"] == "websocket.accept" for each in found)
 
 
 def make_limit() -> tuple[RequestLimit, list[float]]:
@@ -50,3 +68,10 @@ def test_abort_passes_whatever_else_a_session_asks() -> None:
     statuses(limit, "/api/plans", 1000)
     assert statuses(limit, "/api/order", 1) == {200: 1}
     assert statuses(limit, "/files/page.js", 100) == {200: 100}
+
+
+def test_a_session_that_opens_the_page_again_and_again_waits_and_may_steer() -> None:
+    limit, _ = make_limit()
+    assert accepted(limit, "/frames", 1000) == BURST // COSTS["/frames"]
+    assert statuses(limit, "/api/unknown", 1) == {429: 1}
+    assert accepted(limit, "/steering", 1) == 1
