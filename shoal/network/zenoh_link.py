@@ -120,9 +120,8 @@ class ZenohLink:
         for expression in ended:
             self._requested.pop(expression, None)
         self._subscribe_requested()
-        for end in undeclare:
-            if end is not None:
-                end()
+        for end in filter(None, undeclare):
+            end()
         return True
 
     def _subscribe_requested(self) -> None:
