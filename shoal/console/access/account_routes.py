@@ -12,6 +12,8 @@ from shoal.console.connections.page_protocol import CLIENT_CERTIFICATE
 from shoal.console.json_request import json_object
 from support.terminal_text import printable
 
+MOST_LOGIN = 4096  # bytes: anybody may send one
+
 
 class AccountRoutes:
     """The routes; `cookie` is the name of the cookie with the secret of a session.
@@ -33,6 +35,8 @@ class AccountRoutes:
         return self._access.session(request.cookies.get(self._cookie))
 
     async def _login(self, request: Request) -> Response:
+        if int(request.headers.get("content-length", "0")) > MOST_LOGIN:
+            return PlainTextResponse(f"a login has at most {MOST_LOGIN} bytes", 413)
         words, address = await json_object(request), request.client.host if request.client else ""
         try:
             if "token" in words:

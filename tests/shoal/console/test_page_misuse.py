@@ -45,6 +45,13 @@ def test_no_header_gives_a_client_another_address(tmp_path):
         assert b"wait a minute" in texts[-1]
 
 
+def test_a_large_login_is_not_read():
+    with served_page() as page:
+        status, text, _ = page.request("POST", "/api/login", {"token": "x" * 5000})
+        assert (status, text) == (413, b"a login has at most 4096 bytes")
+        assert page.request("POST", "/api/login", {"token": "x" * 3000})[0] == 403
+
+
 class Announced(Radio):
     """A radio by which two vehicles are received, one with a name that is a path."""
 
