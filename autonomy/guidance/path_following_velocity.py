@@ -2,14 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from support.planar_geometry import along_and_across
 from support.rotations import Vector
 from support.vectors import add, dot, limit_horizontal_and_vertical, norm
 
 
-@dataclass(frozen=True)
-class MotionLimits:
+class MotionLimits(NamedTuple):
     """Limits of motion: speeds (m/s), acceleration of braking and turning (m/s²); `gain` (1/s) on distances."""
 
     speed: float

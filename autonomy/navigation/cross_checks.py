@@ -58,12 +58,13 @@ class AttitudeCheck:
             return GateDecision.ACCEPTED
         a, b, c = self._angles
         roll, pitch, heading = phi - a, theta - b, psi - c
-        steep = math.cos(theta) < STEEP
+        level = math.cos(theta)
+        steep = level < STEEP
         if rates is not None and not steep:
-            sr, cr = math.sin(phi), math.cos(phi)
-            turning = (sr * rates[1] + cr * rates[2]) / math.cos(theta)
-            roll -= elapsed * (rates[0] + math.sin(theta) * turning)
-            pitch -= elapsed * (cr * rates[1] - sr * rates[2])
+            (p, q, r), sr, cr = rates, math.sin(phi), math.cos(phi)
+            turning = (sr * q + cr * r) / level
+            roll -= elapsed * (p + math.sin(theta) * turning)
+            pitch -= elapsed * (cr * q - sr * r)
             heading -= elapsed * turning
         roll, heading = wrap(roll), wrap(heading)
         limit = ANGLE_JUMP + FASTEST * min(LONGEST, elapsed)

@@ -9,7 +9,7 @@ from support.wgs84 import is_on_earth
 
 Reason = imc.GpsFixRejection.Reason
 DvlReason = imc.DvlRejection.Reason
-Valid = imc.GpsFix.Validity
+VALID_POS, VALID_HACC = imc.GpsFix.Validity.VALID_POS.value, imc.GpsFix.Validity.VALID_HACC.value
 FEWEST = 3  # least number of fixes for a moving average
 LARGEST_RATE = 20.0  # rad/s
 HIGHEST, DEEPEST = -11.0, 12000.0  # m; a depth sensor in a vacuum shows -10, and no sea is deeper
@@ -46,14 +46,14 @@ class FixGate:
     def reject_reason(self, fix: imc.GpsFix) -> Reason | None:
         """Reason why a fix is rejected; None if it is accepted."""
         numbers = fix.lat, fix.lon, fix.height, fix.hacc, fix.hdop
-        if not fix.validity & Valid.VALID_POS or not all(map(math.isfinite, numbers)):
+        if not fix.validity & VALID_POS or not all(map(math.isfinite, numbers)):
             return Reason.LOST_VAL_BIT
         if abs(fix.lat) > 0.5 * math.pi or abs(fix.lon) > math.pi:
             return Reason.INVALID
         if self._counts_satellites and not fix.satellites:
             return Reason.INVALID
         self._counts_satellites |= fix.satellites > 0
-        if fix.validity & Valid.VALID_HACC:
+        if fix.validity & VALID_HACC:
             past = self._accuracies
             mean = math.fsum(past) / len(past) if len(past) >= FEWEST else math.inf
             past.append(fix.hacc)

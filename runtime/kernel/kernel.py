@@ -206,14 +206,13 @@ class Kernel(EventQueue):
             self._poll(0)
         if self._posted or self._due:
             return True
-        target = self._later[0][0] if self._later else None
-        is_last = until is not None and (target is None or target >= until)
-        if until is not None and is_last:
-            target = max(until, self.now_ns)
+        now, target, is_last = self.now_ns, self._later[0][0] if self._later else None, False
+        if until is not None and (target is None or target >= until):
+            target, is_last = max(until, now), True
         reached = self.clock.advance(target, self._poll)
         if reached is None:
             return False
-        if reached > self.now_ns:
+        if reached > now:
             self.set_now(reached)
             self._busy = 0
         elif reached != target:

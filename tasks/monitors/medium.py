@@ -10,6 +10,7 @@ from runtime.vehicle import general_number
 Where = imc.VehicleMedium.Medium
 BOATS = ("USV", "ASV")  # DUNE writes ASV
 KINDS = ("UUV", *BOATS, "UAV", "UGV")
+VALID_POS = imc.GpsFix.Validity.VALID_POS.value
 
 
 class Medium(Task):
@@ -46,7 +47,7 @@ class Medium(Task):
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
-        if fix.validity & imc.GpsFix.Validity.VALID_POS:
+        if fix.validity & VALID_POS:
             self._fix = self.now
 
     @consume

@@ -26,6 +26,7 @@ STEADY = 8.0  # s of fixes in which the motor changes nothing: the depth is wron
 ASCENT_PERIOD = 0.1  # s
 LARGEST_DEFLECTION = math.radians(25.0)
 SINKS = 0.5  # m; a vehicle that has not risen by this much does not rise
+VALID_POS = imc.GpsFix.Validity.VALID_POS.value
 
 
 class Failsafe(Task):
@@ -164,7 +165,7 @@ class Failsafe(Task):
     @consume
     def record_fix(self, fix: imc.GpsFix) -> None:
         """A receiver with a fix is above the water, unless the depth is far from it."""
-        if fix.validity & imc.GpsFix.Validity.VALID_POS and fix.type != imc.GpsFix.Type.MANUAL_INPUT:
+        if fix.validity & VALID_POS and fix.type != imc.GpsFix.Type.MANUAL_INPUT:
             if self.age(self._fixed) > FIX_TIMEOUT:
                 self._surfaced, self._floats, self._sensed.jumped = self.now, False, 0.0
             self._fixed = self.now
