@@ -112,7 +112,7 @@ class Bus:
         for instrument in self.observers:
             instrument.on_subscribe(subscription)
         self._subscriptions.append(subscription)
-        self._forget_routes()
+        self._forget_routes(subscription.type)
         if self.frames is not None and issubclass(Frame, subscription.type):
             self.frames.subscribe(self._take_frame)
 
@@ -131,7 +131,7 @@ class Bus:
 
     def remove_subscription(self, subscription: Subscription) -> None:
         self._subscriptions = [s for s in self._subscriptions if s is not subscription]
-        self._forget_routes()
+        self._forget_routes(subscription.type)
 
     def publish(self, message: imc.Message, timestamp: float, source: int, speaker: int, origin: object) -> imc.Message:
         """Publish `message` with this header, as its packet has it; returns what receivers see.
@@ -298,9 +298,11 @@ class Bus:
         )
         return plan
 
-    def _forget_routes(self) -> None:
-        self._routes.clear()
-        self._forget_plans()
+    def _forget_routes(self, kind: type = object) -> None:
+        """Forget who receives a type, and those derived from it: scripts subscribe whenever they wait."""
+        for known in [known for known in self._routes if issubclass(known, kind)]:
+            for forgotten in (self._routes, self._of_own, self._of_others):
+                forgotten.pop(known, None)
 
     def _forget_plans(self) -> None:
         self._of_own.clear()
