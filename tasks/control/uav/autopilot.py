@@ -34,7 +34,6 @@ LOW = 1.0  # m; a vehicle that has not been so high above the ground since its t
 RISES = 0.05  # m/s; a faster climb must be commanded to leave the ground
 LEVEL: Vector = (0.0, 0.0, 1.0)
 REPEATED = "the power fails again and again"
-VALID_POS = imc.GpsFix.Validity.VALID_POS.value
 
 
 class Autopilot(MultirotorAutopilotTask):
@@ -136,7 +135,7 @@ class Autopilot(MultirotorAutopilotTask):
 
     @consume
     def on_gps_fix(self, fix: imc.GpsFix) -> None:
-        if fix.type != imc.GpsFix.Type.MANUAL_INPUT and fix.validity & VALID_POS:
+        if fix.type != imc.GpsFix.Type.MANUAL_INPUT and fix.validity & imc.GpsFix.Validity.VALID_POS:
             self._vertical.receive_gps_height(fix.height)
 
     @consume(others=True)
