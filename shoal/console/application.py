@@ -168,7 +168,8 @@ class ConsoleApplication:
 
     async def _order(self, request: Request) -> Response:
         words, session = await json_object(request), self._accounts.session(request)
-        assert session is not None
+        if session is None:  # it has ended while the words came
+            return PlainTextResponse("log in first", 401)
         if words.get("order") != "abort-all":
             return json_response(await self._answer(session, words.get("vehicle"), words))
         names = [system.name for system in self._network.systems.values() if system.is_vehicle]

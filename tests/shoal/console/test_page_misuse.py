@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import socket
+import time
 from contextlib import ExitStack, suppress
 from types import SimpleNamespace
 
@@ -50,6 +52,19 @@ def test_a_large_login_is_not_read():
         status, text, _ = page.request("POST", "/api/login", {"token": "x" * 5000})
         assert (status, text) == (413, b"a login has at most 4096 bytes")
         assert page.request("POST", "/api/login", {"token": "x" * 3000})[0] == 403
+
+
+def test_an_order_whose_session_ends_while_it_comes_is_rejected():
+    body = b'{"vehicle": "x", "order": "abort"}'
+    with served_page() as page:
+        page.log_in()
+        head = f"Host: {page.host}\r\nOrigin: http://{page.host}\r\nCookie: {page.cookie}\r\nContent-Length: {len(body)}"
+        with socket.create_connection(("127.0.0.1", page.server.port), timeout=10) as slow:
+            slow.sendall(f"POST /api/order HTTP/1.1\r\n{head}\r\n\r\n".encode() + body[:5])
+            time.sleep(0.2)
+            page.request("POST", "/api/logout")
+            slow.sendall(body[5:])
+            assert slow.recv(100).startswith(b"HTTP/1.1 401")
 
 
 class Announced(Radio):
