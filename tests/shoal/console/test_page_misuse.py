@@ -58,7 +58,8 @@ def test_an_order_whose_session_ends_while_it_comes_is_rejected():
     body = b'{"vehicle": "x", "order": "abort"}'
     with served_page() as page:
         page.log_in()
-        head = f"Host: {page.host}\r\nOrigin: http://{page.host}\r\nCookie: {page.cookie}\r\nContent-Length: {len(body)}"
+        sent = {"Host": page.host, "Origin": f"http://{page.host}", "Cookie": page.cookie, "Content-Length": len(body)}
+        head = "\r\n".join(f"{name}: {value}" for name, value in sent.items())
         with socket.create_connection(("127.0.0.1", page.server.port), timeout=10) as slow:
             slow.sendall(f"POST /api/order HTTP/1.1\r\n{head}\r\n\r\n".encode() + body[:5])
             time.sleep(0.2)
