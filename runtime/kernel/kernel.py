@@ -123,7 +123,7 @@ class Kernel(EventQueue):
         due, instruments, on_error, most = self._due, self.observers, self.on_error, self.livelock_events
         if not due:
             return
-        before = self._busy
+        before, (function, args) = self._busy, due[0]
         try:
             for self._busy in range(before + 1, max(before, most) + 2):
                 function, args = due.popleft()
