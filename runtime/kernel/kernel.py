@@ -121,25 +121,23 @@ class Kernel(EventQueue):
 
     def _run_moment(self) -> None:
         due, instruments, on_error, most = self._due, self.observers, self.on_error, self.livelock_events
-        if not due:
-            return
-        before, (function, args) = self._busy, due[0]
+        before = busy = self._busy
         try:
-            for self._busy in range(before + 1, max(before, most) + 2):
+            while due and not self._stopping:
                 function, args = due.popleft()
                 if instruments:
                     for instrument in instruments:
                         instrument.before_call(function, args)
+                busy += 1  # the watchdog reads it
                 try:
                     function(*args)
                 except BaseException as error:
                     on_error(self._owner(function, args), to_ordinary_exception(error))
-                if not due or self._stopping:
-                    break
-            if self._busy > most:
-                raise LivelockError(most, self._owner(function, args))
+                if busy > most:
+                    raise LivelockError(most, self._owner(function, args))
         finally:
-            self.events += self._busy - before
+            self._busy = busy
+            self.events += busy - before
 
     def _make_calls(self, most: int, chain: int = 1) -> object:
         """Make the next calls, so many at most, and report those that were slow; the owner of the last one.
