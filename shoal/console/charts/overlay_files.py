@@ -30,7 +30,7 @@ class OverlayFiles:
         async with self._reading:
             if self._made is not None or self._folder is None:
                 return
-            found: dict[str, Any]
+            found: dict[str, Any] = {"ok": False}
             try:
                 self._made = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
                 found = await self._worker.run({"folder": str(self._folder), "into": self._made.name})
