@@ -6,6 +6,7 @@ The steps are those of QGroundControl's state machine at connection, and of Miss
 import contextlib
 import json
 import lzma
+import select
 import socket
 from pathlib import Path
 
@@ -50,10 +51,15 @@ class ByteLine:
         assert len(split(frame, DIALECT)[0]) == 1
         for byte in frame:
             self.socket.send(bytes((byte,)))
-            self.pass_time(0.001)
+            self.vehicle.run(0.001)
+            self.receive()
 
-    def pass_time(self, seconds=0.005):
-        self.vehicle.run(seconds)
+    def pass_time(self):
+        self.vehicle.run(0.005)
+        select.select([self.socket], [], [], 0.001)  # a busy computer delivers bytes later than virtual time passes
+        self.receive()
+
+    def receive(self):
         try:
             data = self.socket.recv(1 << 16)
         except BlockingIOError:
