@@ -18,6 +18,7 @@ PULSE, COAST, SINKS_AGAIN = 3.0, 8.0, 0.2  # s, s, m: astern, the bow comes up i
 AHEAD, AHEAD_TIME = math.radians(10.0), 1.0  # with the bow so far up, going ahead lifts it; s that a pitch is good for
 STEEP, LEVELED = math.radians(-30.0), math.radians(-20.0)  # no plan pitches the bow down so far
 STEEP_FOR, SINKS_STEEPLY, LONGEST_STOP = 0.5, 0.05, 8.0  # s, m/s upward at most, s: a dive that going astern stops
+ROSE_FOR = 10.0  # s after RISES, in which it is the pitch that is wrong
 SINKS_SLOWLY, COASTED, SINKS_FOR = 0.02, 0.5, 4.0  # m/s, m/s, s: no dive, but a weight that leads to the bottom
 LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
@@ -72,7 +73,7 @@ class AscentMonitor:
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         self._bow_up, self._pitched = False, -math.inf
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
-        self._grounds = math.inf
+        self._rose, self._grounds = -math.inf, math.inf
         self._altitude = self._lowest = math.nan
 
     @property
@@ -102,7 +103,7 @@ class AscentMonitor:
         self._unseen, self.pitch_faulty = 0.0, False
         self.astern &= not self.stops_dive
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
-        self._grounds, self._altitude = math.inf, math.nan
+        self._rose, self._grounds, self._altitude = -math.inf, math.inf, math.nan
 
     def update(
         self,
@@ -164,12 +165,14 @@ class AscentMonitor:
         """Go astern, once, where a bow that is far down (rad) keeps a vehicle without a plan from rising (m/s).
 
         So it leaves the bottom, or does not reach it, before its bow comes up: then an astern thrust lifts no more.
+        The pitch of one that has just risen by depth and altitude is wrong, and so is its vertical speed.
         """
         if self.stops_dive:
             if pitch > LEVELED or not self.helping:
                 self._end_stop(now)
             return
-        steep = pitch < STEEP and rising < SINKS_STEEPLY and self._depth > NEAR_SURFACE and self._updated == now
+        dives = rising < SINKS_STEEPLY and now - self._rose > ROSE_FOR
+        steep = pitch < STEEP and dives and self._depth > NEAR_SURFACE and self._updated == now
         self._steep = min(self._steep, now) if steep else math.inf
         if now - self._steep > STEEP_FOR and self._stopped == math.inf and not (self.helping or self.astern):
             self.helping = self.astern = self.stops_dive = True
@@ -276,7 +279,7 @@ class AscentMonitor:
         risen = self._risen > RISES_BY_SPEED or self._altitude - self._lowest > RISES_BY_SPEED
         if depth < self._extreme - RISES and risen:
             self._extreme, self._since, self._deepest, self._risen = depth, now, now, 0.0
-            self._lowest = self._altitude
+            self._rose, self._lowest = now, self._altitude
         sinks = self.heavy and self._afloat is not None and depth > self.surface
         begins = SETTLED < now - self._deepest <= self.delay
         grounds = now - self._grounds > SINKS_FOR

@@ -129,6 +129,19 @@ def test_a_bow_far_down_is_brought_up_astern_at_once_and_only_once():
         assert not any(dives(pitch, rising, depth=depth)[0])
 
 
+def test_a_wrong_pitch_stops_no_vehicle_that_rises_by_depth_and_altitude():
+    """A pitch that drifts makes the vertical speed wrong, too."""
+    monitor = AscentMonitor(0.3, 20.0)
+    monitor.reset(0.0)
+    for tick in range(4 * 110):
+        now = 0.25 * tick
+        depth = 9.0 - 0.07 * now
+        monitor.update(now, depth, False, False, 0.03)
+        monitor.watch_bottom(now, 15.0 - depth, 0.0, 0.03)
+        monitor.stop_dive(now, -0.16 - 0.004 * now, 0.03)
+        assert not monitor.helping
+
+
 def test_a_dive_is_stopped_only_once_also_after_help_that_fails():
     monitor = AscentMonitor(0.3, 20.0)
     monitor.reset(0.0)
