@@ -19,6 +19,7 @@ from shoal.network import VehicleRecording
 from support.byte_sizes import parse_byte_size
 from tests.command import shoal
 from tests.outside import largest_file, until
+from tests.repeats import repeat
 from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
@@ -108,7 +109,7 @@ def test_a_full_disk_ends_the_recording_with_a_log_up_to_there(both: str, tmp_pa
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("network", ["zenoh", "udp"])
+@pytest.mark.parametrize("network", [repeat("zenoh"), "udp"])
 def test_a_vehicle_that_halts_is_recorded_on_and_one_that_ends_is_named(network: str, tmp_path: Path) -> None:
     with running(tmp_path, "--set", "General:Consoles=0x4101", network=network) as vehicle:  # we may only listen
         folder = tmp_path / "here"

@@ -5,13 +5,14 @@ from pathlib import Path
 import pytest
 
 from tests.command import shoal
+from tests.repeats import repeat
 from tests.shoal.network.running import running
 
 NAME = "lauv-noptilus-1"
 pytestmark = pytest.mark.heavy
 
 
-@pytest.mark.parametrize(("network", "task"), [("udp", "Transports.UDP"), ("tcp", "Transports.TCP.Server")])
+@pytest.mark.parametrize(("network", "task"), [("udp", "Transports.UDP"), repeat(("tcp", "Transports.TCP.Server"))])
 def test_a_type_that_the_link_does_not_carry_is_named_with_the_list(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, network: str, task: str
 ) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from imc.discovery import Services
+from tests.repeats import repeat
 
 ROOT = Path(__file__).parents[3]
 ACTOR = Path(__file__).with_name("imcpy_actor.py")
@@ -17,7 +18,7 @@ VEHICLE = [sys.executable, "-m", "shoal.cli", "run", "lauv-noptilus-1", "-p", "S
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("first", ["vehicle", "actor"])
+@pytest.mark.parametrize("first", ["vehicle", repeat("actor")])
 def test_the_actor_of_imcpy_finds_the_vehicle_gets_its_state_and_starts_a_plan(namespace, tmp_path, first):
     both = {"vehicle": VEHICLE, "actor": [sys.executable, str(ACTOR), "lauv-noptilus-1", "by-imcpy"]}
     order = sorted(both, key=lambda name: name != first)

@@ -14,6 +14,7 @@ from shoal.campaigns import Job, load_study, open_executor, open_results, run_st
 from shoal.campaigns.cluster import dask_executor as cluster_module
 from shoal.campaigns.results.append_log import read_append_log
 from tests.outside import until
+from tests.repeats import repeat
 from tests.shoal.campaigns.cluster.grid import ROOT, Grid, descendants, job_processes
 from tests.shoal.campaigns.examples import TROUBLE
 from tests.shoal.campaigns.standin import comparable
@@ -78,7 +79,7 @@ def test_rows_and_logs_are_those_of_this_computer(grid, study, tmp_path):
     assert not list(grid.folder.rglob("shoal-*"))
 
 
-@pytest.mark.parametrize("absolute", [False, True])
+@pytest.mark.parametrize("absolute", [False, repeat(True)])
 def test_content_travels_and_not_the_files(grid, study, tmp_path, absolute):
     if absolute:
         name_absolutely(study.absolute())

@@ -6,6 +6,7 @@ import signal
 import pytest
 
 from tests.outside import until
+from tests.repeats import repeat
 from tests.shoal.console.operator_page import OperatorPage, frame_of, operator_page
 from tests.shoal.console.steering.steering_pilot import steering_pilot
 from tests.shoal.network.running import running
@@ -18,7 +19,7 @@ def plan(page: OperatorPage) -> dict:
     return frame_of(page)["vehicles"].get(NAME, {}).get("plan", {})
 
 
-@pytest.mark.parametrize("network", ["zenoh", "udp"])
+@pytest.mark.parametrize("network", ["zenoh", repeat("udp")])
 def test_a_boat_is_steered_and_one_that_stood_still_rests_afterward(network, tmp_path):
     real_time = ("--clock", "real")
     with running(tmp_path, *real_time, network=network, profile=NAME) as vehicle, operator_page() as page:
