@@ -30,6 +30,7 @@ SANK = 1.0  # m by the vertical speed, of a vehicle whose depth is that of the s
 FORGETS = 120.0  # s, time constant of this way: an error of the vertical speed below 8 mm/s is no way down
 UNSEEN = 5.0  # m by the vertical speed alone, beyond those that the depth has jumped by; more is no climb
 CLIMB, CLIMB_TIME = 3.0, 15.0  # m, s: a vehicle under water climbs as far with its motor, even if the depth drifts
+LIFTED = 1.0  # m of it are enough by altitude and vertical speed: it may have stood on the bottom at first
 AT_SURFACE = 120.0  # s at the surface without help, after which a vehicle counts as light again
 SLOWEST = 5.0  # s/m, of a vehicle that rises with its motor
 PITCH, PITCH_RATE = 1.5, 0.5  # N m/rad, N m s/rad, of a vehicle of 24 kg, as in Control.AUV.Attitude
@@ -239,13 +240,14 @@ class AscentMonitor:
         if not self._climbs and now - self._doubted < patience:
             return
         if not self._climbs:
-            if now >= self._paused and not self._floats:
+            if now >= self._paused and (not self._floats or self._risen < -SANK):
                 self.helping = self._climbs = True
-                self._begun, self._doubted, self._risen = depth, now, 0.0
+                self._begun, self._doubted, self._risen, self._lowest = depth, now, 0.0, self._altitude
         elif now - self._doubted > CLIMB_TIME:
-            self._climbs = self._begun - depth > CLIMB or (self._risen > CLIMB and self._may_climb_unseen())
+            lifted = self._begun - depth > CLIMB or min(self._altitude - self._lowest, self._risen) > LIFTED
+            self._climbs = lifted or (self._risen > CLIMB and self._may_climb_unseen())
             self.heavy |= self._climbs
-            self._begun, self._doubted, self._risen = depth, now, 0.0
+            self._begun, self._doubted, self._risen, self._lowest = depth, now, 0.0, self._altitude
             if not self._climbs:
                 self.helping, self._paused, self._floats = False, now + PAUSE, not self.heavy
 

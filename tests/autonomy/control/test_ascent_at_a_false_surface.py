@@ -67,6 +67,27 @@ def test_a_vehicle_that_sinks_by_its_vertical_speed_climbs_although_its_depth_is
         assert not monitor.helping
 
 
+def climbs_slowly(speed, bottom=8.0):
+    """True depths of a vehicle on the bottom (m) that its motor lifts by a speed (m/s), and whose depth has jumped."""
+    monitor, true, depths = AscentMonitor(0.3, 20.0), bottom, []
+    monitor.reset(0.0)
+    for tick in range(4 * 200):
+        rising = 0.19 if monitor.helping else -0.12
+        monitor.update(0.25 * tick, 0.005, true < 0.1, true > 0.1, rising, 6.8)
+        monitor.watch_bottom(0.25 * tick, bottom - true, 0.0, rising)
+        true = min(bottom, max(0.0, true - 0.25 * (speed if monitor.helping else -0.12)))
+        depths.append(true)
+    return depths, monitor
+
+
+def test_a_climb_that_altitude_and_vertical_speed_show_continues_although_it_is_slow():
+    depths, monitor = climbs_slowly(0.19)
+    assert max(depths[4 * 70 :]) < 1.0, "it comes up, and is kept there"
+    assert monitor.heavy
+    _, monitor = climbs_slowly(0.0)
+    assert not monitor.heavy, "only the vertical speed shows it"
+
+
 def test_a_heavy_vehicle_whose_depth_is_that_of_the_surface_is_kept_up_as_soon_as_it_sinks():
     depths, monitor = sinks_unseen(0.1, 0.0)
     assert monitor.heavy
