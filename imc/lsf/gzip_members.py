@@ -26,8 +26,7 @@ _FILLINGS = (bytes(LOST_SECTOR), b"\xff" * LOST_SECTOR)  # what a file system or
 
 def compress_member(data: bytes, level: int = 1) -> bytes:
     """`data` as one gzip member, without time, file name or operating system, so that equal data pack equally."""
-    memory = 9 if level == 1 else zlib.DEF_MEM_LEVEL  # more is quicker, and packs better, with the least effort
-    packer = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS, memory)
+    packer = zlib.compressobj(level, zlib.DEFLATED, -zlib.MAX_WBITS)
     body = packer.compress(data) + packer.flush()
     return b"\x1f\x8b\x08\0\0\0\0\0\0\xff" + body + struct.pack("<II", zlib.crc32(data), len(data) & 0xFFFFFFFF)
 
