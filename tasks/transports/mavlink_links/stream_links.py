@@ -63,7 +63,7 @@ class StreamConnection:
         self._on_change = on_change
         self._telemetry = telemetry_message_ids(host.endpoint.dialect)
         self._splitter = StreamSplitter(host.endpoint.dialect)
-        self._passed = -1
+        self._arrived = -1  # bytes, at the last look for an incomplete frame
         self._queue: deque[bytes] = deque()
         self._size, self._flushing = 0, False
         self._room = min(MOST_ROOM, max(LEAST_ROOM, round(link.url.bytes_per_second)))
@@ -94,11 +94,12 @@ class StreamConnection:
 
     def expire_incomplete_frame(self) -> None:
         """Give up a frame that was not continued since the last call."""
-        if self._splitter.bytes_waiting and self._splitter.passed == self._passed:
+        arrived = self._splitter.passed + self._splitter.bytes_waiting
+        if self._splitter.bytes_waiting and arrived == self._arrived:
             messages, damages = self._splitter.take_remaining_messages()
             self._link.counts["malformed"] += damages
             self._link.handle_messages(self._peer, messages, self._link.sessions[self._peer].bucket)
-        self._passed = self._splitter.passed
+        self._arrived = arrived
 
     def close(self) -> None:
         self._device.close()

@@ -29,7 +29,9 @@ FILES, FENCE, RALLY = 32, 16384, 32768  # MAV_PROTOCOL_CAPABILITY
 
 
 class ByteLine:
-    """A connection on which each byte comes alone, 1 ms after the one before."""
+    """A connection on which each byte comes alone, `pause` (s) after the one before."""
+
+    pause = 0.001
 
     def __init__(self, vehicle, port):
         self.vehicle, self.peers, self.splitter = vehicle, [], StreamSplitter(DIALECT)
@@ -51,7 +53,7 @@ class ByteLine:
         assert len(split(frame, DIALECT)[0]) == 1
         for byte in frame:
             self.socket.send(bytes((byte,)))
-            self.vehicle.run(0.001)
+            self.vehicle.run(self.pause)
             self.receive()
 
     def pass_time(self):
@@ -95,6 +97,14 @@ class Client(Peer):
 
     def beat(self):
         self.send("HEARTBEAT", type=6, autopilot=8)
+
+
+def test_a_frame_that_comes_slowly_is_taken(afloat):
+    """Each of its bytes comes 0.3 s after the one before: the vehicle gives up one that is not continued for 1 s."""
+    line = ByteLine(afloat.vehicle, afloat.port)
+    client = Client(line, afloat.task.endpoint.model.system)
+    line.pause = 0.3
+    assert client.command(REQUEST_MESSAGE, DIALECT.by_name["AUTOPILOT_VERSION"].id)[0] == ACCEPTED
 
 
 def frames(recorded):
