@@ -6,6 +6,7 @@ The steps are those of QGroundControl's state machine at connection, and of Miss
 import contextlib
 import json
 import lzma
+import math
 import select
 import socket
 from pathlib import Path
@@ -142,7 +143,8 @@ def connect_as_qgroundcontrol(client):
 
 
 @pytest.fixture(params=["px4", "ardupilot"])
-def afloat(request, tmp_path):
+def afloat(request, tmp_path, monkeypatch):
+    monkeypatch.setattr("runtime.devices.device.MOST_WORK", math.inf)  # in a second, and virtual ones are short
     found = Afloat(tmp_path, f"tcpin://127.0.0.1:{{port}}?flavor={request.param}")
     yield found
     found.vehicle.close()
