@@ -142,9 +142,13 @@ def connect_as_qgroundcontrol(client):
     return version, modes, described, parameters, (mission, fence, rally)
 
 
-@pytest.fixture(params=["px4", "ardupilot"])
-def afloat(request, tmp_path, monkeypatch):
+@pytest.fixture(autouse=True)
+def unlimited_work(monkeypatch):
     monkeypatch.setattr("runtime.devices.device.MOST_WORK", math.inf)  # in a second, and virtual ones are short
+
+
+@pytest.fixture(params=["px4", "ardupilot"])
+def afloat(request, tmp_path):
     found = Afloat(tmp_path, f"tcpin://127.0.0.1:{{port}}?flavor={request.param}")
     yield found
     found.vehicle.close()
