@@ -9,7 +9,7 @@ from shoal.network import ConsoleIdentity, LinkListener, NetworkLink, ReceivedPa
 from tasks.transports.console import Console, PagePackets
 
 LOOK = 0.1  # s between two looks at the latest messages while somebody watches
-IDLE_LOOK = 2.0  # s otherwise: tracks go on
+IDLE_LOOK = 10.0  # s otherwise
 ACTIVE = 5.0  # s after an order in which its effects are followed as if somebody watched
 
 

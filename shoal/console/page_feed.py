@@ -17,6 +17,7 @@ from shoal.network import MessageListener, MessageUse, Network, NetworkSystem, f
 from support.terminal_text import printable
 
 PERIOD = 0.2  # s between frames
+IDLE_PERIOD = 10.0  # s between two looks at the network while there is no viewer
 TRACK_PERIOD = 1.0  # s between points of a track
 TRACK_POINTS = 3600
 LOG_ENTRIES = 400
@@ -74,6 +75,7 @@ class PageFeed:
         self._sent: dict[str, dict[str, View]] = {}
         self._known: set[str] = set()
         self._tracks: dict[str, deque[list[float | None]]] = {}
+        self._drawn: dict[str, float] = {}
         self._log: deque[list[object]] = deque(maxlen=LOG_ENTRIES)
         self._notes: list[list[object]] = []
         self._newest_entries: deque[imc.LogBookEntry] = deque(maxlen=REPEATED)
@@ -103,8 +105,8 @@ class PageFeed:
 
     def add(self, viewer: Viewer) -> None:
         self._viewers.add(viewer)
+        self._on_viewer()  # first, so that what waits at a vehicle is in the first frame
         self._woken.set()
-        self._on_viewer()
 
     def remove(self, viewer: Viewer) -> None:
         self._viewers.discard(viewer)
@@ -113,17 +115,13 @@ class PageFeed:
     async def run(self) -> None:
         """Make frames until it is cancelled."""
         network = self._network
-        self._listener = network.listen(None, (imc.LogBookEntry,))
-        drawn = 0.0
+        self._listener = network.listen(None, (imc.EstimatedState, imc.LogBookEntry))
         try:
             network.subscribe(None, KINDS)
             while True:
                 now = time.monotonic()
                 self._ask_for_states(now)
-                entries = self._new_log_entries()
-                if now - drawn >= TRACK_PERIOD:
-                    drawn = now
-                    self._extend_tracks()
+                entries = self._read_messages()
                 if self._viewers:
                     self._send_frames(entries)
                     await asyncio.sleep(PERIOD)
@@ -136,7 +134,7 @@ class PageFeed:
     async def _wait_for_viewer(self) -> None:
         self._woken.clear()
         with suppress(TimeoutError):
-            async with asyncio.timeout(TRACK_PERIOD):
+            async with asyncio.timeout(IDLE_PERIOD):
                 await self._woken.wait()
 
     def _ask_for_states(self, now: float) -> None:
@@ -149,11 +147,14 @@ class PageFeed:
             self._network.request_labels(system)
             self._network.send(system, imc.QueryEntityState())
 
-    def _new_log_entries(self) -> list[list[object]]:
+    def _read_messages(self) -> list[list[object]]:
+        """Extend the tracks; the new entries of the log book."""
         assert self._listener is not None
         found, self._notes = self._notes, []
         for system, message in self._listener.take_all():
-            if isinstance(message, imc.LogBookEntry) and message not in self._newest_entries:  # networks repeat packets
+            if isinstance(message, imc.EstimatedState):
+                self._extend_track(system, message)
+            elif isinstance(message, imc.LogBookEntry) and message not in self._newest_entries:  # others are copies
                 self._newest_entries.append(message)
                 kind = word(imc.LogBookEntry.Type, message.type)
                 words = map(printable, (message.context, message.text, system.label(message.src_ent)))
@@ -161,16 +162,15 @@ class PageFeed:
         self._log.extend(found)
         return found
 
-    def _extend_tracks(self) -> None:
-        for system in self._network.vehicles():
-            state = system.latest_message(imc.EstimatedState)
-            if state is None:
-                continue
-            lat, lon, _ = position(state)
-            point = [round(math.degrees(lat), 6), round(math.degrees(lon), 6), round(state.depth, 1)]
-            track = self._tracks.setdefault(system.name, deque(maxlen=TRACK_POINTS))
-            if all(map(math.isfinite, point)) and (not track or track[-1] != point):
-                track.append([*point])
+    def _extend_track(self, system: NetworkSystem, state: imc.EstimatedState) -> None:
+        if not system.is_vehicle or abs(state.timestamp - self._drawn.get(system.name, -math.inf)) < TRACK_PERIOD:
+            return
+        self._drawn[system.name] = state.timestamp
+        lat, lon, _ = position(state)
+        point = [round(math.degrees(lat), 6), round(math.degrees(lon), 6), round(state.depth, 1)]
+        track = self._tracks.setdefault(system.name, deque(maxlen=TRACK_POINTS))
+        if all(map(math.isfinite, point)) and (not track or track[-1] != point):
+            track.append([*point])
 
     def _send_frames(self, entries: Iterable[list[object]]) -> None:
         views = {system.name: vehicle_view(system, self._times) for system in self._systems()}

@@ -1,5 +1,6 @@
 """Serves a page in the browser that shows this vehicle, in a thread of its own."""
 
+import math
 import socket
 from collections import deque
 from collections.abc import Callable, Collection
@@ -20,6 +21,7 @@ PORTS_TRIED = 5
 UNWATCHED = ("Calibration", "EstimatedState", "LogBookEntry")  # kept while nobody looks: they are needed later
 MOST_EVENTS = 1024  # packets that wait for the page; the oldest are dropped
 MOST_ORDERS = 256  # packets of the page that wait for the kernel
+TRACK_PERIOD = 1.0  # s between two positions that are kept
 
 
 class PageServer(Protocol):
@@ -47,32 +49,42 @@ class PageFactory(Protocol):
 
 
 class PagePackets:
-    """Packets that wait for the page: the latest of each message, entity and detected object, and all events.
+    """Packets that wait for the page: the latest of each message, entity and object, positions, and all events.
 
     `put` is for the kernel's thread, `take` for another one. `console` is the id under which the page sends; `wake` is
-    called when an event waits. Counted: `dropped` events.
+    called when an answer to it waits. Positions are the vehicle's of each second. Counted: `dropped` events.
     """
 
     def __init__(self, console: int, wake: Callable[[], object]) -> None:
         self._console, self._wake = console, wake
         self._latest: dict[tuple[type, int, int], bytes] = {}
         self._events: deque[bytes] = deque(maxlen=MOST_EVENTS)  # which drops in one step: the other thread takes
+        self._positions: deque[bytes] = deque(maxlen=MOST_EVENTS)
+        self._positioned = -math.inf
         self.dropped: int = 0
 
     def put(self, message: imc.Message, packet: bytes) -> None:
-        if message.dst != self._console and not isinstance(message, imc.LogBookEntry):
+        is_answer = message.dst == self._console
+        if not is_answer and not isinstance(message, imc.LogBookEntry):
             thing = message.id if isinstance(message, imc.EstimatedMugState) else 0  # one entity detects several
             self._latest[type(message), message.src_ent, thing] = packet
+            if isinstance(message, imc.EstimatedState) and abs(message.timestamp - self._positioned) >= TRACK_PERIOD:
+                self._positioned = message.timestamp
+                self._positions.append(packet)
             return
         self.dropped += len(self._events) == MOST_EVENTS
         self._events.append(packet)
-        self._wake()
+        if is_answer:
+            self._wake()
 
     def take(self) -> list[bytes]:
-        """All that waits, which waits no longer; events first."""
+        """All that waits, which waits no longer; events first, then positions."""
         found = [self._events.popleft() for _ in range(len(self._events))]
-        found += [self._latest.pop(place) for place in list(self._latest)]
-        return found
+        positions = [self._positions.popleft() for _ in range(len(self._positions))]
+        latest = [self._latest.pop(place) for place in list(self._latest)]
+        if positions and positions[-1] in latest:
+            del positions[-1]
+        return found + positions + latest
 
 
 class Console(Task):

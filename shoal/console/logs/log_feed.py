@@ -56,13 +56,10 @@ class LogFeed(PageFeed):
     def _ask_for_states(self, now: float) -> None:
         """A log answers nothing."""
 
-    def _extend_tracks(self) -> None:
-        """The tracks are known from the start to the end."""
-
     def _entries_until_now(self) -> int:
         return bisect_right(self._entry_times, self._player.position)
 
-    def _new_log_entries(self) -> list[list[object]]:
+    def _read_messages(self) -> list[list[object]]:
         assert self._listener is not None
         self._listener.take_all()
         end = self._entries_until_now()

@@ -17,7 +17,7 @@ def test_frames_that_fail_end_the_server(monkeypatch):
     def fail(feed):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(PageFeed, "_new_log_entries", fail)
+    monkeypatch.setattr(PageFeed, "_read_messages", fail)
 
     async def run() -> None:
         async with Network([]) as network:

@@ -111,19 +111,25 @@ def test_orders_go_to_the_bus_and_answers_to_the_page(run):
     server = task._page
     heard = []
     task.vehicle.observe(imc.Abort, heard.append)
-    task.request_messages(["LogBookEntry", "Heartbeat", "NoSuchMessage"])
+    task.request_messages(["LogBookEntry", "Heartbeat", "PlanControl", "NoSuchMessage"])
     task.set_watched(True)
     task.take_order(b"nonsense")
     task.take_order(imc.encode_with_header(imc.Abort(), time.time(), CONSOLE, 0, task.system, 0xFF))
     task.note("anna: abort")
     until(lambda: heard)
     assert (heard[0].src, heard[0].dst) == (CONSOLE, task.system)
-    assert server.woken.wait(10.0)
-    texts = [
-        message.text for packet in server.packets.take() if (message := imc.decode(packet)).ID == imc.LogBookEntry.ID
-    ]
-    assert texts[-1] == "anna: abort"
+    texts = list[str]()
+
+    def is_noted():
+        messages = map(imc.decode, server.packets.take())
+        texts.extend(message.text for message in messages if isinstance(message, imc.LogBookEntry))
+        return "anna: abort" in texts
+
+    until(is_noted)
     until(lambda: task.malformed == 1)
+    assert not server.woken.is_set()
+    task.vehicle.kernel.post(task.publish, imc.PlanControl(dst=CONSOLE))
+    assert server.woken.wait(10.0)
 
 
 def test_all_messages_are_kept_only_until_they_are_released(run):
@@ -194,9 +200,26 @@ def test_the_page_gets_the_latest_of_each_entity_and_every_event():
 def test_a_page_that_takes_nothing_costs_bounded_memory():
     packets = PagePackets(CONSOLE, lambda: None)
     entry = imc.LogBookEntry(text="again")
-    for _ in range(MOST_EVENTS + 10):
+    for number in range(MOST_EVENTS + 10):
         packets.put(entry, packet_of(entry))
-    assert (len(packets.take()), packets.dropped) == (MOST_EVENTS, 10)
+        state = imc.EstimatedState(timestamp=float(number))
+        packets.put(state, packet_of(state))
+    assert (len(packets.take()), packets.dropped) == (2 * MOST_EVENTS, 10)
+
+
+def test_a_position_of_each_second_waits_for_a_page_that_looks_seldom_and_wakes_nobody():
+    wakes = []
+    packets = PagePackets(CONSOLE, lambda: wakes.append(1))
+    times = [number / 10.0 for number in range(41)]
+    for timestamp in [*times, 1.0, 1.5]:  # the clock is set back at the end
+        state = imc.EstimatedState(timestamp=timestamp)
+        packets.put(state, imc.encode_with_header(state, timestamp, 0x1A, 0, 0xFFFF, 0xFF))
+    entry = imc.LogBookEntry(text="again")
+    packets.put(entry, packet_of(entry))
+    found = [imc.decode(packet) for packet in packets.take()]
+    assert isinstance(found[0], imc.LogBookEntry)
+    assert [message.timestamp for message in found[1:]] == [0.0, 1.0, 2.0, 3.0, 4.0, 1.0, 1.5]
+    assert wakes == packets.take() == []
 
 
 def test_the_list_of_consoles_may_name_users_of_the_page():
