@@ -166,7 +166,10 @@ class Noisy(Fault):
 
 @dataclass(frozen=True)
 class Crash(Fault):
-    """The task raises SimulatedCrash, and restarts with back-off, as on a vehicle; until the end each start fails."""
+    """The task raises SimulatedCrash, and restarts with back-off, as on a vehicle; until the end each start fails.
+
+    A task that waits for its restart does not run, so it cannot crash: its pause stays as it is.
+    """
 
     momentary: ClassVar[bool] = True
 
@@ -177,7 +180,8 @@ class Crash(Fault):
         task = source.task
         source.crashes += 1
         vars(task)["start"] = _crash
-        task.vehicle.kernel.after(0.0, _crash).owner = task
+        if task.name in task.vehicle.running:
+            task.vehicle.kernel.after(0.0, _crash).owner = task
 
     def end(self, source: PublishInterceptor) -> None:
         source.crashes -= 1
