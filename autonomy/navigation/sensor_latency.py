@@ -12,7 +12,7 @@ WASHOUT = 1.5  # s; slower changes, as of the load, are not compared
 ROTOR_LAG = 0.08  # s, of the rotors' speed behind its command
 LONGEST, COARSENESS = 4.5, 0.3  # s: latencies that are tried, and their steps
 LATENCIES = tuple(i * COARSENESS for i in range(2, 1 + int(LONGEST / COARSENESS)))  # one step may be the rotors'
-FORGOTTEN = 10.0 * MEMORY  # s, after which less than a ten-thousandth of a difference is left
+FORGOTTEN = 4.0 * MEMORY  # s, after which less than two hundredths of a difference are left
 STIRRED = 0.25  # m²/s³, squared changes of the force in MEMORY from which it can be judged
 EXPLAINED = 0.5  # share of the squared differences that the best latency leaves of those without latency
 FOLLOWS = 0.35  # share of the squared changes of the thrust that a force which follows leaves
@@ -58,6 +58,7 @@ class ThrustResponseCheck:
         self._changes: list[float] = []  # of the thrust
         self._at_once, self._late = 0.0, [0.0] * len(LATENCIES)
         self._waiting: deque[tuple[float, float, float, float]] = deque()  # time, step, share kept, change of the force
+        self._is_forgotten = False  # whether the differences of before are too old
         self._stirred = 0.0
         self._scale, self._off_scaled = 1.0, 0.0
 
@@ -96,12 +97,32 @@ class ThrustResponseCheck:
         In calm flight nobody asks, so the forces since the last call are compared with earlier thrusts here.
         """
         times, changes, found = self._times, self._changes, self._late
-        for now, dt, keep, measured in self._waiting:
+        if self._is_forgotten:
+            found[:] = [0.0] * len(LATENCIES)
+            self._is_forgotten = False
+        if len(self._waiting) > 1:
+            self._compare_waiting()
+        else:
+            now, dt, keep, measured = self._waiting[0]
             for number, late in enumerate(LATENCIES):  # the oldest change is that of all times before it
                 apart = measured - changes[bisect_right(times, now - late, 1) - 1]
                 found[number] = keep * found[number] + dt * (apart * apart)
         self._waiting.clear()
         return min(found)
+
+    def _compare_waiting(self) -> None:
+        """Compare many forces: seconds of them come in one step, which a search for each would delay too much."""
+        times, changes, last = self._times, self._changes, len(self._times) - 1
+        first = self._waiting[0][0]
+        for number, late in enumerate(LATENCIES):
+            found, at = self._late[number], bisect_right(times, first - late, 1) - 1
+            for now, dt, keep, measured in self._waiting:
+                earlier = now - late
+                while at < last and times[at + 1] <= earlier:
+                    at += 1
+                apart = measured - changes[at]
+                found = keep * found + dt * (apart * apart)
+            self._late[number] = found
 
     def _record(self, now: float, thrust: float, change: float) -> None:
         times = self._times
@@ -110,6 +131,7 @@ class ThrustResponseCheck:
         self._changes.append(change)
         while self._waiting and self._waiting[0][0] < now - FORGOTTEN:
             self._waiting.popleft()
+            self._is_forgotten = True
         oldest, old = now - LONGEST - COARSENESS - FORGOTTEN, 0
         while times[old] < oldest:  # mostly it is one
             old += 1

@@ -1,6 +1,8 @@
 """Accelerometers and barometers that are late, and those that are not."""
 
 import math
+import sys
+from bisect import bisect_right
 
 import numpy as np
 import pytest
@@ -34,6 +36,29 @@ def test_a_force_that_comes_late_is_found_within_a_second_of_change(delay):
     check, found = compare(lambda t, made: made(t - delay) if t > delay else GRAVITY)
     assert check.lags
     assert found.index(True) * STEP < 1.0
+
+
+@pytest.mark.parametrize("delay", [0.7, 1.5, 4.0])
+def test_a_delay_that_begins_in_calm_flight_is_found_with_few_searches(delay):
+    """Calm forces wait to be compared: a search for each of them would stop a slow computer for 0.1 s."""
+    rate, calm, check, noise = 100, 60.0, ThrustResponseCheck(), np.random.default_rng(2)
+    searches, most, found = 0, 0, math.inf
+
+    def count(frame, event, function):
+        nonlocal searches
+        searches += event == "c_call" and function is bisect_right
+
+    def made(time):
+        return thrust(time - calm) if time > calm else GRAVITY
+
+    for step in range(round((calm + 8.0) * rate)):
+        now, searches = step / rate, 0
+        sys.setprofile(count)
+        check.update(now, 1.0 / rate, made(now), made(now - delay) + 0.1 * noise.standard_normal())
+        sys.setprofile(None)
+        most, found = max(most, searches), min(found, now if check.lags else math.inf)
+    assert calm < found < calm + 2.0
+    assert most < 50
 
 
 def test_a_load_that_is_lost_is_no_lag():
