@@ -15,6 +15,7 @@ SPIN_UP = 0.05  # s of lift that the rotors need when power is back, more than t
 GENTLE = 2.0  # m/s; the descent at the end of a loss, at most
 FASTEST_RISE = 3.0  # m/s before a loss; what a longer one needs is more than rotors give in time
 CHANGE, SPARE = 0.5 * GRAVITY, 0.2  # m/s², s: how fast the descent changes before a loss, and how much earlier
+BRIEF = 0.15  # s; a command that gets as old may be that of a moment before a loss, with little thrust
 LEAST_DESCENT = 0.4  # s between two losses in which it descends; with less it would never arrive
 IDLE, SUPPORT = 0.6, 0.15  # share of the weight, of gravity: rotors that do not carry it, a force that the ground makes
 SHOWS, SHOWS_UNPOWERED = 0.3, 0.15  # s; what is still carried after so long stands on the ground
@@ -60,6 +61,10 @@ class PowerDips:
     def has_repeated(self, now: float) -> bool:
         """Whether power has failed twice in half a minute, and this was not long ago."""
         return len(self._begins) > 1 and now - self._begins[-1] <= FORGOTTEN
+
+    def state_timeout(self, now: float, usual: float) -> float:
+        """How long (s) a state may be missing before the vehicle descends without one; `usual` without losses."""
+        return min(usual, BRIEF) if self.has_repeated(now) else usual
 
     def is_settled(self, now: float) -> bool:
         """Whether the last loss of power was long ago, so that the vehicle no longer falls and rises."""

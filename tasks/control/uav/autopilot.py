@@ -183,7 +183,7 @@ class Autopilot(MultirotorAutopilotTask):
         state, silent = self._state, self.age(self._stated)
         if state is None or self._phase is FlightPhase.GROUND:
             return
-        if silent > self.state_timeout and not self._bridges(silent):
+        if silent > self._dips.state_timeout(self.now, self.state_timeout) and not self._bridges(silent):
             self._descend(state, "EstimatedState is missing")
         if self._phase is FlightPhase.BLIND:
             self._advance()

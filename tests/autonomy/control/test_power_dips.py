@@ -45,6 +45,13 @@ def test_losses_repeat_if_they_are_less_than_half_a_minute_apart():
     assert [fail(10.0).is_settled(time) for time in (20.0, 26.0)] == [False, True]
 
 
+def test_where_losses_repeat_a_state_is_missing_after_a_moment():
+    assert fail(10.0).state_timeout(11.0, 0.5) == 0.5
+    assert fail(10.0, 12.0).state_timeout(13.0, 0.5) < 0.2
+    assert fail(10.0, 12.0).state_timeout(13.0, 0.1) == 0.1
+    assert fail(10.0, 12.0).state_timeout(80.0, 0.5) == 0.5
+
+
 @pytest.mark.parametrize(("force", "stands"), [(GRAVITY, True), (0.1 * GRAVITY, False), (None, False)])
 def test_what_feels_its_weight_without_power_stands_on_the_ground(force, stands):
     dips = fail(10.0)
