@@ -63,7 +63,7 @@ class PowerDips:
         return len(self._begins) > 1 and now - self._begins[-1] <= FORGOTTEN
 
     def state_timeout(self, now: float, usual: float) -> float:
-        """How long (s) a state may be missing before the vehicle descends without one; `usual` without losses."""
+        """Time (s) after which a state is missing and the vehicle descends without one; `usual` without losses."""
         return min(usual, BRIEF) if self.has_repeated(now) else usual
 
     def is_settled(self, now: float) -> bool:
