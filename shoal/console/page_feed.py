@@ -72,6 +72,7 @@ class PageFeed:
         self._network, self._leases, self._on_viewer = network, leases, on_viewer
         self._viewers: set[Viewer] = set()
         self._watchers = 0
+        self._watched_since = math.inf
         self._sent: dict[str, dict[str, View]] = {}
         self._known: set[str] = set()
         self._tracks: dict[str, deque[list[float | None]]] = {}
@@ -89,27 +90,43 @@ class PageFeed:
         """Whether somebody looks."""
         return bool(self._viewers or self._watchers)
 
+    def followed_for(self, system: NetworkSystem) -> float:
+        """Time (s) for which the messages of `KINDS` have been received of a system; 0 while nobody looks."""
+        return max(0.0, time.monotonic() - max(self._watched_since, system.appeared_at))
+
     @contextmanager
     def watching(self) -> Generator[None]:
         """Note that a viewer other than a page is connected."""
+        self._begin_watch()
         self._watchers += 1
         self._on_viewer()
         try:
             yield
         finally:
             self._watchers -= 1
+            self._end_watch()
+
+    def _begin_watch(self) -> None:
+        if not self.is_watched:
+            self._watched_since = time.monotonic()
+
+    def _end_watch(self) -> None:
+        if not self.is_watched:
+            self._watched_since = math.inf
 
     def note(self, vehicle: str, context: str, text: str) -> None:
         """Show a text in the log book of the pages."""
         self._notes.append([round(time.time(), 1), vehicle, "info", context, printable(text), ""])
 
     def add(self, viewer: Viewer) -> None:
+        self._begin_watch()
         self._viewers.add(viewer)
         self._on_viewer()  # first, so that what waits at a vehicle is in the first frame
         self._woken.set()
 
     def remove(self, viewer: Viewer) -> None:
         self._viewers.discard(viewer)
+        self._end_watch()
         self.set_fields(viewer, ())
 
     async def run(self) -> None:

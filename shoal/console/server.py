@@ -40,7 +40,7 @@ from shoal.console.parameters.profile_settings import ProfileSettings
 from shoal.console.plans.forecast_routes import ForecastRoutes
 from shoal.console.plans.plan_files import PlanFiles
 from shoal.console.plans.plan_flights import PlanFlights
-from shoal.network import Network
+from shoal.network import Network, NetworkSystem
 
 DEFAULT_PORTS = {"http": 80, "https": 443}  # which browsers leave out
 CONTEXT = "Console"
@@ -93,17 +93,17 @@ class ConsoleServer:
         authority = Authority(journal or self._note, refusal)
         self._viewer_access = ViewerAccess(foxglove_origins)
         self._player = player
+        leases = authority.leases.view
+        self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         self._parts: list[PagePart] = [
             LogRoutes(LogLibrary(log_root, () if player is None else player.logs)),
             RateRoutes(network, counter, player),
             MapRoutes(network, tiles.overlays, plays_log=player is not None),
         ]
         if player is None:
-            self._parts += _live_parts(network, settings, allows_forecasts=allows_forecasts)
+            self._parts += _live_parts(network, settings, self._feed.followed_for, allows_forecasts=allows_forecasts)
         else:
             self._parts += _log_parts(network, player, log_root)
-        leases = authority.leases.view
-        self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
         names, scheme = self.security.hosts, self.security.scheme
         hosts = [f"{name}:{self.port}" for name in names] + ([*names] if self.port == DEFAULT_PORTS[scheme] else [])
         application = ConsoleApplication(
@@ -196,13 +196,19 @@ class ConsoleServer:
             await asyncio.gather(server, *loops, return_exceptions=True)
 
 
-def _live_parts(network: Network, settings: ProfileSettings | None, *, allows_forecasts: bool) -> list[PagePart]:
+def _live_parts(
+    network: Network,
+    settings: ProfileSettings | None,
+    followed_for: Callable[[NetworkSystem], float],
+    *,
+    allows_forecasts: bool,
+) -> list[PagePart]:
     """The views of vehicles that are there now."""
     systems = network.systems
     return [
         CameraAnswers(network, LivePictures(network)),
         ContourAnswers(lambda name: name if name in systems else None),
-        DiveCheckRoutes(network),
+        DiveCheckRoutes(network, followed_for=followed_for),
         PlanFiles(network),
         PlanFlights(network),
         ForecastRoutes(network, settings, is_allowed=allows_forecasts),

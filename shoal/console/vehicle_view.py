@@ -20,6 +20,7 @@ KINDS = (
     imc.EntityState,
     imc.EstimatedState,
     imc.FuelLevel,
+    imc.GpsFix,
     imc.Heartbeat,
     imc.LogBookEntry,
     imc.NavigationUncertainty,

@@ -96,10 +96,10 @@ class AsyncRemoteParameters:
         try:
             for number in range(1, ROUNDS + 1):
                 for start in range(0, len(waiting), AT_ONCE):
-                    for label in waiting[start : start + AT_ONCE]:
+                    asked, last = waiting[start : start + AT_ONCE], time.monotonic()
+                    for label in asked:
                         self._network.send(self._system, _query(label))
-                    last = time.monotonic()
-                    while time.monotonic() - last < QUIET:
+                    while not found.keys() >= {*asked} and time.monotonic() - last < QUIET:
                         try:
                             _, message = await listener.next(QUIET)
                         except TimeoutError:

@@ -1,8 +1,9 @@
 """Table of the systems on the networks: names, ids, positions, latest messages, and errors."""
 
 import asyncio
+import math
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -16,6 +17,7 @@ M = TypeVar("M", bound=imc.Message)
 MOST_SYSTEMS = 256
 MOST_KEPT = 2048  # messages of one system
 MOST_LABELS = 255
+MOST_RUNS = 16  # processes of a system that are remembered on each link
 SILENCE = 5.0  # s; a system sends Heartbeat at 1 Hz
 FORGOTTEN = 1.2 * PERIOD  # s of silence after which a second vehicle of one name counts no longer
 STEP = 60.0  # s; a time stamp that is older than this before the last one means that the clock was set
@@ -56,6 +58,8 @@ class NetworkSystem:
     data_at: float = 0.0
     has_ended: bool = False
     latest: dict[tuple[str, int], imc.Message] = field(default_factory=dict[tuple[str, int], imc.Message])
+    _runs: dict[str, deque[str]] = field(default_factory=dict[str, deque[str]], init=False, repr=False)
+    _restarted_at: float = field(default=-math.inf, init=False, repr=False)
 
     @property
     def age(self) -> float:
@@ -181,6 +185,22 @@ class NetworkSystem:
         for place in [place for place in self.latest if place[0] == name]:
             del self.latest[place]
 
+    def note_process(self, link: str, part: str) -> None:
+        """Note that a process has appeared; one that replaces another is a restart, which ends what was known.
+
+        A restart is noticed on each link, later on those where the system announces itself every ten seconds.
+        """
+        known = self._runs.setdefault(link, deque(maxlen=MOST_RUNS))
+        if part in known:
+            return
+        is_alone = not any(link_name == link for link_name, _ in self.parts)
+        if known and is_alone and time.monotonic() - self._restarted_at > FORGOTTEN:
+            self._restarted_at = time.monotonic()
+            self.labels.clear()
+            for place in [place for place in self.latest if place[0] != imc.Announce.__name__]:
+                del self.latest[place]
+        known.append(part)
+
     def latest_message(self, kind: type[M], entity: str = "") -> M | None:
         """The newest message of a type, of one entity (label) if it is named."""
         found: M | None = None
@@ -252,6 +272,7 @@ class NetworkSystemTable(dict[str, NetworkSystem]):
             self.assign_id(found, number, place)
         if (link.name, part) not in found.parts:
             found.appeared_at = time.monotonic()
+            found.note_process(link.name, part)
         found.links[link.name] = link
         found.has_ended = False
         found.parts[link.name, part] = place or found.parts.get((link.name, part), "")

@@ -15,7 +15,8 @@ from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, NetworkSystem
 from support.terminal_text import printable
 
-PATIENCE = 1.5  # s for the first messages of a kind
+PATIENCE = 1.5  # s for the first messages of a kind, since the vehicle is followed
+LATER = 0.3  # s for the answer about limits after that to a later question: the vehicle answers in order
 LOOK = 0.1  # s
 DOUBTS = {"red": "not ready", "yellow": "to look at"}  # the words for checks of a color
 
@@ -24,11 +25,20 @@ class DiveCheckRoutes(PagePart):
     """Answers about the vehicles of a network.
 
     `now` is the time that is shown (s since 1970 UTC); `is_live` is whether the vehicles are there now, and not in a
-    log.
+    log. `followed_for(system)` is for how long (s) the messages of `KINDS` have been received of a system, if it has
+    sent them.
     """
 
-    def __init__(self, network: Network, now: Callable[[], float] = time.time, *, is_live: bool = True) -> None:
+    def __init__(
+        self,
+        network: Network,
+        now: Callable[[], float] = time.time,
+        *,
+        is_live: bool = True,
+        followed_for: Callable[[NetworkSystem], float] = lambda _: 0.0,
+    ) -> None:
         self._network, self._now, self._is_live = network, now, is_live
+        self._followed_for = followed_for
         self.posted: Mapping[str, Answer] = {"/api/checks": self._answer}
 
     async def _answer(self, request: Request) -> Response:
@@ -40,9 +50,9 @@ class DiveCheckRoutes(PagePart):
         plan = PlanChoice()
         with self._network.subscribe(system, KINDS):
             if self._is_live and system.id is not None and system.is_there:
-                await self._receive(system)
-                vehicle = AsyncRemoteVehicle(self._network, system)
-                plan = await self._choose(vehicle, plan_name, request.state.refusal)
+                deadline = time.monotonic() + PATIENCE - self._followed_for(system)
+                plan = await self._ask(system, plan_name, request.state.refusal)
+                await self._receive(system, deadline)
             checks = DiveChecks(system, plan, is_live=self._is_live).rows()
         rows = [asdict(check) for check in checks]
         counts = {words: sum(check.color == color for check in checks) for color, words in DOUBTS.items()}
@@ -51,12 +61,20 @@ class DiveCheckRoutes(PagePart):
         text += f" ({time.strftime('%H:%M:%S', time.gmtime(self._now()))} UTC)"
         return json_response({"ok": True, "checks": rows, "plans": plan.stored or [], "text": text})
 
-    async def _receive(self, system: NetworkSystem) -> None:
-        """Wait a moment for what was not received before."""
-        wanted = [kind for kind in KINDS if kind is not imc.Calibration]
-        if system.latest_message(imc.OperationalLimits) is None:
+    async def _ask(self, system: NetworkSystem, plan: str, refusal: str) -> PlanChoice:
+        """Ask for limits, if none are known, and for a plan; wait for the limits."""
+        began, limits = time.monotonic(), imc.OperationalLimits
+        if system.latest_message(limits) is None:
             self._network.send(system, imc.GetOperationalLimits())
-        deadline = time.monotonic() + PATIENCE
+        found = await self._choose(AsyncRemoteVehicle(self._network, system), plan, refusal)
+        deadline = began + PATIENCE if found.stored is None else time.monotonic() + LATER
+        while system.latest_message(limits) is None and time.monotonic() < deadline:
+            await asyncio.sleep(LOOK)
+        return found
+
+    async def _receive(self, system: NetworkSystem, deadline: float) -> None:
+        """Wait for what is sent by itself. A vehicle that is followed for longer than the patience does not have it."""
+        wanted = [kind for kind in KINDS if kind not in (imc.Calibration, imc.OperationalLimits)]
         while any(system.latest_message(kind) is None for kind in wanted) and time.monotonic() < deadline:
             await asyncio.sleep(LOOK)
 

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import time
 from types import SimpleNamespace
 from urllib.parse import urlencode
 
@@ -11,9 +12,10 @@ import pytest
 import imc
 from shoal.console import ConsoleServer
 from shoal.console.health.dive_check_routes import DiveCheckRoutes
-from shoal.network import Network
+from shoal.network import ConsoleIdentity, LinkListener, Network
 from shoal.network.query_messages import is_query
 from tests.shoal.console.foxglove.packet_radio import Radio
+from tests.shoal.console.page_of_nobody import served_page
 from tests.shoal.console.page_routes import routes_of
 
 NAME = "lauv-noptilus-1"
@@ -27,6 +29,10 @@ class RecordingVehicle(Radio):
 
     def __init__(self) -> None:
         self.sent: list[imc.Message] = []
+
+    async def open(self, listener: LinkListener, console: ConsoleIdentity) -> None:
+        await super().open(listener, console)
+        self.loop = asyncio.get_running_loop()
 
     def send(self, system: str, message: imc.Message, packet: bytes) -> None:
         self.sent.append(message)
@@ -100,3 +106,24 @@ def test_a_vehicle_checks_a_plan_only_for_who_may_operate(monkeypatch: pytest.Mo
     assert any(isinstance(each, imc.PlanControl) for each in sent) == (not refusal)
     reason = "not checked by the vehicle: anna" if refusal else f"{NAME} does not answer PlanControl"
     assert plan.startswith(f"east: unknown: {reason}")
+
+
+@pytest.mark.parametrize("is_followed", [True, False])
+def test_a_page_that_follows_a_vehicle_checks_it_at_once(monkeypatch: pytest.MonkeyPatch, is_followed: bool) -> None:
+    """The vehicle answers for its plans only: nothing else comes, however long the page waits."""
+    patience = 1.2
+    monkeypatch.setattr("shoal.console.health.dive_check_routes.PATIENCE", patience)
+    vehicle = RecordingVehicle()
+    with served_page(vehicle) as page:
+        vehicle.loop.call_soon_threadsafe(vehicle.bring, imc.Heartbeat(src=0x1A))
+        page.log_in()
+        with page.frames() as frames:
+            while NAME not in json.loads(frames.recv(10))["vehicles"]:
+                pass
+            if is_followed:
+                time.sleep(patience)
+            began = time.monotonic()
+            status, content, _ = page.request("POST", "/api/checks", {"vehicle": NAME})
+            spent = time.monotonic() - began
+    assert (status, json.loads(content)["plans"]) == (200, ["east"])
+    assert (spent < patience) == is_followed, spent

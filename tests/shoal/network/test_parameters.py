@@ -9,6 +9,7 @@ import pytest
 
 import imc
 from shoal.network import AsyncRemoteParameters, Network, NoAnswer, PartialAnswer, UDPLink
+from tests.shoal.console.foxglove.packet_radio import Radio
 from tests.shoal.network.station import OWN, Station, discovery_ports, living
 
 
@@ -107,3 +108,26 @@ def test_answers_to_questions_of_others_do_not_prolong_a_search(monkeypatch: pyt
     with pytest.raises(PartialAnswer, match="no answer from 1 entities") as caught:
         on(Chatty(), lambda param: param.list())
     assert caught.value.found == {"GPS": {"Rate": "1.0", "Active": "true"}}
+
+
+class NearVehicle(Radio):
+    """Answers each question about parameters, and no other."""
+
+    def send(self, system: str, message: imc.Message, packet: bytes) -> None:
+        if isinstance(message, imc.QueryEntityParameters):
+            rate = imc.EntityParameter(name="Rate", value="1.0")
+            answer = imc.EntityParameters(name=message.name, params=(rate,), src=0x1A, dst=imc.header(packet).src)
+            asyncio.get_running_loop().call_soon(self.bring, answer)
+
+
+def test_a_search_ends_with_the_last_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shoal.network.parameters.QUIET", 60.0)
+    labels = [f"Sensor {number}" for number in range(70)]
+
+    async def run() -> dict[str, dict[str, str]]:
+        vehicle = NearVehicle()
+        async with Network([vehicle]) as network, asyncio.timeout(20.0):
+            vehicle.bring(imc.Heartbeat(src=0x1A))
+            return await AsyncRemoteParameters(network, network.systems["lauv-noptilus-1"]).read(labels)
+
+    assert asyncio.run(run()) == {label: {"Rate": "1.0"} for label in labels}
