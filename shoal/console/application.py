@@ -187,7 +187,7 @@ class ConsoleApplication:
             room = self._panels if order.startswith(PRESS) else self._parameters
             text = await room.carry_out(session.user.name, vehicle, order, words)
         except (AuthorityError, OrderError, NetworkError, ValueError) as error:
-            return {"ok": False, "text": printable(str(error))}
+            return {"ok": False, "text": printable(self._feed.senders.named(str(name), str(error)))}
         return {"ok": True, "text": printable(text)}
 
     async def _plans(self, request: Request) -> Response:

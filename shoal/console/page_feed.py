@@ -7,11 +7,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any, cast
 
 import msgspec
 
 import imc
+from shoal.console.abort_senders import AbortSenders
 from shoal.console.vehicle_view import KINDS, ArrivalTimes, View, changed_sections, position, vehicle_view, word
 from shoal.network import MessageListener, MessageUse, Network, NetworkSystem, field_value
 from support.terminal_text import printable
@@ -61,6 +63,7 @@ class PageFeed:
     """Reads a network, and gives each page its frames. Calls are made in the event loop of the network.
 
     `leases()` is who commands each vehicle, for all pages; `on_viewer()` is called when a page or another viewer opens.
+    `aborter(vehicle)` is the user who has aborted a vehicle last.
     """
 
     def __init__(
@@ -68,9 +71,11 @@ class PageFeed:
         network: Network,
         leases: Callable[[], Mapping[str, object]] = dict,
         on_viewer: Callable[[], object] = lambda: None,
+        aborter: Callable[[str], str] = lambda _: "",
     ) -> None:
         self._network, self._leases, self._on_viewer = network, leases, on_viewer
         self._viewers: set[Viewer] = set()
+        self.senders: AbortSenders = AbortSenders(network, aborter)
         self._watchers = 0
         self._watched_since = math.inf
         self._sent: dict[str, dict[str, View]] = {}
@@ -174,7 +179,8 @@ class PageFeed:
             elif isinstance(message, imc.LogBookEntry) and message not in self._newest_entries:  # others are copies
                 self._newest_entries.append(message)
                 kind = word(imc.LogBookEntry.Type, message.type)
-                words = map(printable, (message.context, message.text, system.label(message.src_ent)))
+                text = self.senders.named(system.name, message.text)
+                words = map(printable, (message.context, text, system.label(message.src_ent)))
                 found.append([round(message.htime, 1), system.name, kind, *words])
         self._log.extend(found)
         return found
@@ -190,7 +196,8 @@ class PageFeed:
             track.append([*point])
 
     def _send_frames(self, entries: Iterable[list[object]]) -> None:
-        views = {system.name: vehicle_view(system, self._times) for system in self._systems()}
+        named = self.senders.named
+        views = {each.name: vehicle_view(each, self._times, partial(named, each.name)) for each in self._systems()}
         changes = {name: changed_sections(self._sent.get(name, {}), view) for name, view in views.items()}
         gone = [name for name in self._sent if name not in views]
         values = self._values()

@@ -93,8 +93,10 @@ class ConsoleServer:
         authority = Authority(journal or self._note, refusal)
         self._viewer_access = ViewerAccess(foxglove_origins)
         self._player = player
-        leases = authority.leases.view
-        self._feed = PageFeed(network, leases, on_viewer) if player is None else LogFeed(network, player)
+        if player is None:
+            self._feed: PageFeed = PageFeed(network, authority.leases.view, on_viewer, authority.aborter)
+        else:
+            self._feed = LogFeed(network, player)
         self._parts: list[PagePart] = [
             LogRoutes(LogLibrary(log_root, () if player is None else player.logs)),
             RateRoutes(network, counter, player),

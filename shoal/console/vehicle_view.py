@@ -68,15 +68,18 @@ class ArrivalTimes:
         return known[1]
 
 
-def vehicle_view(system: NetworkSystem, times: ArrivalTimes) -> dict[str, View]:
+def vehicle_view(
+    system: NetworkSystem, times: ArrivalTimes, named: Callable[[str], str] = lambda text: text
+) -> dict[str, View]:
     """The page's data of a vehicle, in sections that are sent when they change.
 
+    `named(text)` is the text of an error with names of systems.
     Angles are in degrees, lengths in m, speeds in m/s, times in s; unknown values are null.
     """
     return {
         "system": _identity(system),
         "state": _state(system, times),
-        "plan": _plan(system),
+        "plan": _plan(system, named),
         "health": {"entities": _entities(system, times)},
     }
 
@@ -126,12 +129,12 @@ def position(state: imc.EstimatedState) -> tuple[float, float, float]:
     return imc.coordinates.absolute_position(state) if known else (math.nan, math.nan, math.nan)
 
 
-def _plan(system: NetworkSystem) -> View:
+def _plan(system: NetworkSystem, named: Callable[[str], str]) -> View:
     vehicle, plan = system.latest_message(imc.VehicleState), system.latest_message(imc.PlanControlState)
     stored = system.latest_message(imc.PlanDBState)
     view: View = {
         "mode": None if vehicle is None else word(imc.VehicleState.OpMode, vehicle.op_mode),
-        "error": printable(vehicle.last_error) if vehicle is not None and vehicle.last_error else None,
+        "error": printable(named(vehicle.last_error)) if vehicle is not None and vehicle.last_error else None,
         "motors": motors(system),
         "stored": None if stored is None else stored.md5.hex(),
         **dict.fromkeys(("state", "outcome", "name", "maneuver", "progress", "eta")),

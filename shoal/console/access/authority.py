@@ -36,13 +36,16 @@ class Authority:
     def __init__(self, journal: Journal, refusal: Callable[[User], str] = lambda _: "") -> None:
         self.leases: Leases = Leases(journal)
         self._journal, self._refusal = journal, refusal
+        self._aborters: dict[str, str] = {}
 
     def permit(self, session: PageSession, vehicle: str, order: str, words: Mapping[str, object]) -> None:
         """Note an order to a vehicle in its log book. Raises AuthorityError if the session may not give it."""
         if order not in ROLES:
             raise AuthorityError(f"no such order: {clip(order, LONGEST_NOTE)!r}")
         self.require_role(session.user, ROLES[order])
-        if order != "abort":
+        if order == "abort":
+            self._aborters[vehicle] = session.user.name
+        else:
             self._require_lease(session, vehicle)
         self.note(vehicle, f"{session.user.name}: {printable(_order_text(order, words))}")
 
@@ -50,6 +53,10 @@ class Authority:
         """Raises AuthorityError unless the session may operate a vehicle and has its lease; it takes a free one."""
         self.require_role(session.user, Role.OPERATE)
         self._require_lease(session, vehicle)
+
+    def aborter(self, vehicle: str) -> str:
+        """The user who has aborted a vehicle last; empty if none has."""
+        return self._aborters.get(vehicle, "")
 
     def note(self, vehicle: str, text: str) -> None:
         """Write a text into the log book of a vehicle."""
