@@ -100,7 +100,7 @@ class ConsoleServer:
         self._parts: list[PagePart] = [
             LogRoutes(LogLibrary(log_root, () if player is None else player.logs)),
             RateRoutes(network, counter, player),
-            MapRoutes(network, tiles.overlays, plays_log=player is not None),
+            MapRoutes(network, tiles, plays_log=player is not None),
         ]
         if player is None:
             self._parts += _live_parts(network, settings, self._feed.followed_for, allows_forecasts=allows_forecasts)

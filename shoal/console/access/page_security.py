@@ -10,6 +10,7 @@ from runtime.network_interfaces import is_loopback_address
 from shoal.console.access.certificate import CERTIFICATE, KEY, certificate_names, own_names
 from shoal.console.access.client_certificate import AUTHORITY
 from shoal.console.access.users import Users, UsersError
+from support.regular_files import check_regular_file
 from support.user_folders import config_folder
 
 LOOPBACK = "127.0.0.1"
@@ -72,6 +73,9 @@ def read_page_security(address: str, folder: Path) -> PageSecurity:
             f"the page is not served at {address}, where other computers reach it, without users and TLS: "
             f"{' and '.join(missing)}"
         )
+    authority = folder / AUTHORITY
+    for path in (certificate, key, *([authority] if authority.exists() else [])):
+        check_regular_file(path)
     try:
         ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(certificate, key)
         names = certificate_names(certificate)
@@ -81,7 +85,6 @@ def read_page_security(address: str, folder: Path) -> PageSecurity:
         raise PageSecurityError(f"{certificate}: it names no computer: shoal console certificate{where}")
     first = [name for name in names if name == address]
     hosts = tuple(dict.fromkeys((*first, *names, LOOPBACK, "localhost")))
-    authority = folder / AUTHORITY
     notice = _missing_address(address, names, f"shoal console certificate --force{where}")
     return PageSecurity(address, users, certificate, key, authority if authority.exists() else None, notice, hosts)
 

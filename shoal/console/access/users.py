@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Self
 
 from support.atomic_files import write_file
+from support.regular_files import read_regular_file
 from support.terminal_text import quoted
 
 COST, BLOCK, PARALLEL = 1 << 14, 8, 1  # of scrypt: 16 MiB and about 50 ms
@@ -207,7 +208,7 @@ class Users:
         self._known = None
         if stat.S_IMODE(found.st_mode) & 0o077:
             raise UsersError(f"{self.path}: others can read or change this file: chmod 600 {self.path}")
-        lines = self.path.read_text(errors="replace").splitlines()
+        lines = read_regular_file(self.path).decode(errors="replace").splitlines()
         self._entries = dict(self._parse_line(number, line) for number, line in enumerate(lines, 1) if line.strip())
         self._known, self.trouble = version, ""
 

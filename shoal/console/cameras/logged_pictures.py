@@ -25,6 +25,7 @@ from shoal.logs.export import (
 from shoal.network import Network, NetworkSystem
 from support.file_errors import describe_os_error
 from support.picture_headers import read_picture_header
+from support.regular_files import read_regular_file
 from support.terminal_text import printable
 
 PHOTOS = "Photos"
@@ -148,7 +149,7 @@ def _read_photo(photo: Photo, lens: PictureLens | None) -> CameraPicture:
     try:
         if photo.path.stat().st_size > LARGEST:
             raise ValueError(f"{name} has more than {LARGEST >> 20} MiB")
-        data = photo.path.read_bytes()
+        data = read_regular_file(photo.path)
     except OSError as error:
         raise ValueError(describe_os_error(error)) from None
     try:

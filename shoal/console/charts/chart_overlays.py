@@ -7,7 +7,9 @@ from typing import Any, cast
 
 import msgspec
 
+from support.file_errors import describe_os_error
 from support.number_parsing import finite_number
+from support.regular_files import read_regular_file
 from support.terminal_text import printable
 
 SUFFIX = ".geojson"
@@ -36,8 +38,10 @@ def read_overlays(folder: Path) -> tuple[dict[str, bytes], list[str]]:
         try:
             if path.stat().st_size > MOST_BYTES:
                 raise ValueError(f"has more than {MOST_BYTES >> 20} MB: import it again for a smaller area")
-            texts[path.stem] = overlay_text(list(read_features(path.read_bytes())))
-        except (OSError, ValueError, RecursionError) as error:
+            texts[path.stem] = overlay_text(list(read_features(read_regular_file(path))))
+        except OSError as error:
+            troubles.append(describe_os_error(error, path))
+        except (ValueError, RecursionError) as error:
             troubles.append(f"{path}: {error}")
     return texts, troubles
 

@@ -10,13 +10,14 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 import imc
 from imc.coordinates import area_corners
 from shoal.console.charts.detections import Detections
-from shoal.console.charts.overlay_files import OverlayFiles
+from shoal.console.charts.tiles import TileSets
 from shoal.console.json_request import Answer, json_response
 from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
 
 PATIENCE = 3.0  # s for the limits of a vehicle
+MOST_TROUBLES = 8  # files that are named
 LIMITS = {
     "max_depth": imc.OpLimitsMask.MAX_DEPTH,
     "min_altitude": imc.OpLimitsMask.MIN_ALT,
@@ -34,8 +35,8 @@ LABELS = {
 class MapRoutes(PagePart):
     """Answers to the page. Nothing is asked of the vehicles of a log."""
 
-    def __init__(self, network: Network, overlays: OverlayFiles, *, plays_log: bool) -> None:
-        self._network, self._overlays, self._plays_log = network, overlays, plays_log
+    def __init__(self, network: Network, tiles: TileSets, *, plays_log: bool) -> None:
+        self._network, self._tiles, self._overlays, self._plays_log = network, tiles, tiles.overlays, plays_log
         self._detections = Detections(network)
         self.questions: Mapping[str, Answer] = {
             "/api/overlays": self._list_overlays,
@@ -50,9 +51,13 @@ class MapRoutes(PagePart):
         self._overlays.close()
 
     async def _list_overlays(self, _: Request) -> Response:
+        """The sizes of overlays, and a sentence for each of the first files of the folder that cannot be drawn."""
         overlays = self._overlays
         await overlays.read()
-        return json_response({"sizes": dict(overlays.sizes), "troubles": list(map(printable, overlays.troubles))})
+        troubles = [*self._tiles.troubles, *overlays.troubles]
+        more = len(troubles) - MOST_TROUBLES
+        named = [*troubles[:MOST_TROUBLES], *([f"{more} more files cannot be drawn"] if more > 0 else [])]
+        return json_response({"sizes": dict(overlays.sizes), "troubles": list(map(printable, named))})
 
     async def _overlay(self, request: Request) -> Response:
         path = self._overlays.path(request.query_params.get("name", ""))

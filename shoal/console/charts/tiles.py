@@ -8,6 +8,7 @@ from typing import Any
 
 from shoal.console.charts.overlay_files import OverlayFiles
 from support.file_errors import describe_os_error
+from support.regular_files import check_regular_file, open_regular_file
 
 ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
 MOST_TILE = 4 << 20  # bytes
@@ -42,6 +43,8 @@ class TileSets:
             try:
                 opened = _open_mbtiles(path) if path.suffix == ".mbtiles" else _open_pmtiles(path)
                 self._sets[path.stem], self.zooms[path.stem] = opened
+            except OSError as error:
+                self.troubles.append(describe_os_error(error, path))
             except Exception as error:  # PMTiles' reader raises whatever a wrong byte leads to
                 self.troubles.append(f"{path}: {error or type(error).__name__}")
 
@@ -62,6 +65,7 @@ class TileSets:
 
 
 def _open_mbtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
+    check_regular_file(path)
     database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True, check_same_thread=False)
     least, largest = database.execute("SELECT min(zoom_level), max(zoom_level) FROM tiles").fetchone()
     if least is None:
@@ -80,7 +84,7 @@ def _open_mbtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
 def _open_pmtiles(path: Path) -> tuple[ReadTile, tuple[int, int]]:
     from pmtiles.reader import Reader  # only where a file needs it
 
-    with path.open("rb") as file:
+    with open_regular_file(path) as file:
         data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
     def read_bytes(offset: int, length: int) -> bytes:

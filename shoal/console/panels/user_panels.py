@@ -8,6 +8,7 @@ from typing import Any
 import imc
 from support.diagnostics import LocatedError
 from support.located_yaml import Node, parse_yaml_tree, read_text
+from support.regular_files import check_regular_file
 from support.terminal_text import printable, with_suggestion
 
 MOST_PANELS, MOST_BUTTONS = 20, 20
@@ -76,8 +77,9 @@ class UserPanel:
 
 
 def read_panels(path: Path, schema: imc.Schema | None = None) -> tuple[UserPanel, ...]:
-    """The panels of a YAML file. Raises PanelFileError, which names the line."""
+    """The panels of a YAML file. Raises PanelFileError, which names the line; OSError."""
     schema = schema or imc.builtin()
+    check_regular_file(path)  # a vehicle must not wait for a pipe
     text = read_text(path, PanelFileError)
     root = parse_yaml_tree(text, str(path), PanelFileError).mapping("panels", required=("panels",))
     nodes = _few(root["panels"], MOST_PANELS)

@@ -13,6 +13,7 @@ import yaml
 
 from runtime.logs import Array
 from shoal.logs.export.message_batches import LogSource
+from support.regular_files import read_regular_file
 from world.optics import CalibrationError, CameraModel, read_calibration
 from world.sensors import ImuPart
 
@@ -47,7 +48,7 @@ def read_photo_cameras(photos: Path, report: Callable[[str], object] = lambda _:
     """
     path = photos / FILE
     try:
-        content: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content: Any = yaml.safe_load(read_regular_file(path).decode())
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except (OSError, ValueError, yaml.YAMLError) as error:

@@ -1,5 +1,6 @@
 """The page at other addresses than loopback: only with users and a certificate."""
 
+import os
 import ssl
 
 import pytest
@@ -85,3 +86,14 @@ def test_a_mistake_is_named(tmp_path, words, text):
     done = shoal("console", *words, "--folder", str(tmp_path), typed="short\n")
     assert (done.exit_code, text in done.output) == (2, True), done.output
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["users.txt", "certificate.pem", "key.pem"])
+def test_a_vehicle_does_not_wait_for_a_pipe_in_place_of_a_file_of_its_page(tmp_path, name):
+    Users(tmp_path).add("anna", Role.WATCH, "correct horse")
+    make_certificate(tmp_path, ["10.0.0.2"])
+    (tmp_path / name).unlink()
+    os.mkfifo(tmp_path / name, 0o600)
+    with pytest.raises(OSError, match="not a regular file") as caught:
+        read_page_security("10.0.0.2", tmp_path)
+    assert caught.value.filename == str(tmp_path / name)

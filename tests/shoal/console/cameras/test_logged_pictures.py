@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 from urllib.parse import quote
 
 import numpy as np
@@ -11,7 +12,7 @@ from PIL import Image
 import imc
 from shoal.console import LogLink
 from shoal.console.cameras.logged_pictures import _read_photo
-from shoal.logs.export import Photo
+from shoal.logs.export import Photo, read_photo_cameras
 from shoal.logs.log_states import LogStates
 from support.picture_headers import read_picture_header
 from tests.shoal.console.cameras.sent_pictures import (
@@ -108,3 +109,13 @@ def test_pictures_in_messages_are_shown_with_what_was_detected(page):
     assert (mark["u"], mark["v"]) == pytest.approx((37.0, 14.0), abs=0.2)
     assert "7" not in at(page, 7.5)
     assert at(page, 9.0)["7"]["number"] > found["number"]  # a number never names two pictures
+
+
+def test_pipes_among_the_photos_of_a_log_are_not_waited_for(tmp_path):
+    for name in ("Camera_1.jpg", "cameras.yaml"):
+        os.mkfifo(tmp_path / name)
+    reports = []
+    assert read_photo_cameras(tmp_path, reports.append) == {}
+    assert "not a regular file" in reports[0]
+    with pytest.raises(ValueError, match=r"Camera_1\.jpg: not a regular file"):
+        _read_photo(Photo(1.0, "Camera", "jpeg", tmp_path / "Camera_1.jpg"), None)

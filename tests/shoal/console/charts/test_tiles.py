@@ -1,5 +1,8 @@
 """Map tiles of MBTiles and PMTiles files, and files that are none."""
 
+import json
+import os
+import socket
 import sqlite3
 
 import pytest
@@ -7,6 +10,7 @@ from pmtiles.tile import Compression, TileType, zxy_to_tileid
 from pmtiles.writer import Writer
 
 from shoal.console.charts.tiles import TileSets
+from tests.shoal.console.page_of_nobody import served_page
 
 PNG = b"\x89PNG\r\n\x1a\n" + b"picture"
 
@@ -112,3 +116,21 @@ def test_without_its_folder_the_page_has_no_tiles_and_a_notice(tmp_path):
 def test_a_tile_that_is_no_picture_is_not_served(tmp_path):
     write_mbtiles(tmp_path / "chart.mbtiles", tile=b"<script>alert(1)</script>")
     assert TileSets(tmp_path).tile("chart", 3, 2, 1) is None
+
+
+def test_pipes_and_sockets_with_names_of_charts_are_not_opened_but_named_on_the_page(tmp_path):
+    write_mbtiles(tmp_path / "chart.mbtiles")
+    names = [f"{number}.{suffix}" for number in range(4) for suffix in ("geojson", "mbtiles", "pmtiles")]
+    for name in names[:-1]:
+        os.mkfifo(tmp_path / name)
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(tmp_path / names[-1]))
+        with served_page(tiles=TileSets(tmp_path)) as page:
+            page.log_in()
+            found = json.loads(page.request("GET", "/api/overlays")[1])
+            sets = json.loads(page.request("GET", "/api/tiles")[1])["sets"]
+    assert (found["sizes"], list(sets)) == ({}, ["chart"])
+    *named, more = found["troubles"]
+    assert more == f"{len(names) - len(named)} more files cannot be drawn"
+    assert named[0] == f"{tmp_path}/0.mbtiles: not a regular file"
+    assert all(each.endswith(": not a regular file") for each in named)

@@ -1,6 +1,7 @@
 """Panels of the user: mistakes are named with their line, and a button sends its message by role and lease only."""
 
 import json
+import os
 import time
 from types import SimpleNamespace
 
@@ -151,3 +152,12 @@ def test_a_vehicle_whose_file_of_panels_is_wrong_serves_its_page_without_and_a_c
         assert words in logged[-1]
     result = CliRunner().invoke(console, ["--panels", str(tmp_path / "panels.yaml")])
     assert (result.exit_code, "panels.yaml:1: expected a list" in result.output) == (1, True)
+
+
+def test_a_vehicle_does_not_wait_for_a_pipe_in_place_of_its_panels(tmp_path):
+    os.mkfifo(tmp_path / "panels.yaml")
+    warnings = []
+    task = SimpleNamespace(panels=str(tmp_path / "panels.yaml"), log=SimpleNamespace(warning=warnings.append))
+    task.vehicle = SimpleNamespace(bus=SimpleNamespace(messages=imc.builtin()))
+    assert panels_of(task) == ()
+    assert warnings == [f"there are no panels on the page: {tmp_path}/panels.yaml: not a regular file"]
