@@ -161,7 +161,7 @@ class UDP(DatagramLinkTask):
             if isinstance(message, imc.Announce):
                 self.on_announce(message)
             elif isinstance(message, imc.ImageTxSettings):
-                self.on_picture_request(message)
+                self.large_answers.on_request(message, now, address)
             peer.received_at, peer.taken = now, True
             if peer.source == address:
                 peer.last_from_source = now

@@ -24,9 +24,12 @@ from shoal.console.foxglove.vehicle_services import VehicleServices
 from shoal.console.foxglove.viewer_access import ViewerAccess, is_own_origin
 from shoal.console.foxglove.viewer_session import ViewerSession
 from shoal.network import AsyncRemoteVehicle, Network
+from support.token_bucket import TokenBucket, TokenBuckets
 
 PATH = "/foxglove"
 MOST_VIEWERS = 16
+RATE, BURST = 200.0, 2000.0  # frames of the viewers of an address: in a second, and at once, as by a large layout
+FRAME = 1024  # characters that count as one frame
 UNREAD = 30.0  # s in which a viewer has to take a frame
 CLOSING = 1.0  # s
 ACCESS_CHECK = 1.0  # s between looks whether a session lasts
@@ -61,6 +64,7 @@ class FoxgloveRoutes:
         self._services = VehicleServices()
         self._viewers = 0
         self._number = 0
+        self._frames = TokenBuckets(RATE, BURST, MOST_VIEWERS)
 
     @property
     def routes(self) -> list[BaseRoute]:
@@ -131,9 +135,10 @@ class FoxgloveRoutes:
             self._feed, self._parameters, self._services, self._find, permit, may_operate=may_operate
         )
         feeding = session.start()
+        frames = self._frames[socket.client and socket.client.host, may_operate]
         talking = [
             asyncio.create_task(self._send(socket, session, person)),
-            asyncio.create_task(_read(socket, session)),
+            asyncio.create_task(_read(socket, session, frames)),
         ]
         working = [asyncio.create_task(session.keep_house()), feeding]
         code = 1011
@@ -169,10 +174,15 @@ class FoxgloveRoutes:
                 await (socket.send_bytes(frame) if isinstance(frame, bytes) else socket.send_text(frame))
 
 
-async def _read(socket: WebSocket, session: ViewerSession) -> None:
+async def _read(socket: WebSocket, session: ViewerSession, frames: TokenBucket) -> None:
+    """Carry out requests; who sends too many waits, and nothing is lost."""
     while True:
         message = await socket.receive()
         if message["type"] == "websocket.disconnect":
             return
         text = message.get("text")
-        session.take(message["bytes"] if text is None else text)
+        frame: str | bytes = message["bytes"] if text is None else text
+        session.take(frame)
+        pause = frames.spend(time.monotonic(), 1.0 + len(frame) / FRAME)
+        if pause:
+            await asyncio.sleep(pause)

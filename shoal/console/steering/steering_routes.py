@@ -17,9 +17,12 @@ from shoal.console.steering.remote_steering import NEUTRAL, RemoteSteering, Stee
 from shoal.console.vehicle_orders import OrderError
 from shoal.network import AsyncRemoteVehicle, NetworkError
 from support.terminal_text import printable
+from support.token_bucket import TokenBucket, TokenBuckets
 
 PERIOD = 0.2  # s between two commands
-SHORTEST_PERIOD = 0.04  # s; commands that come faster are dropped, unless they let go
+SHORTEST_PERIOD = 0.04  # s; commands that come faster are dropped, except the first one that lets go
+RATE, BURST = 50.0, 100.0  # commands of a session: in a second, and at once; more end the steering
+MOST_SESSIONS = 256
 SILENCE = 0.6  # s without a command, after which the vehicle is neutral
 LONGEST_SILENCE = 3.0  # s, after which the page steers no longer
 MOST_DELAY = 1.5  # s from the send of a tick to a command that names it
@@ -42,6 +45,7 @@ class SteeringRoutes:
         self._access, self._authority, self._cookie = access, authority, cookie
         self._find_vehicle = find_vehicle
         self._steered: set[str] = set()
+        self._commands = TokenBuckets(RATE, BURST, MOST_SESSIONS)
         self.routes: list[WebSocketRoute] = [WebSocketRoute("/steering", self._steer)]
 
     async def _steer(self, socket: WebSocket) -> None:
@@ -76,7 +80,8 @@ class SteeringRoutes:
         reason = "its page is closed"
         try:
             await steering.begin()
-            link = _StickLink(socket, steering, lambda: self._require(session, secret, name))
+            commands = self._commands[session.number]
+            link = _StickLink(socket, steering, commands, lambda: self._require(session, secret, name))
             reason = await link.run()
         except (AuthorityError, OrderError, NetworkError, SteeringError) as error:
             reason = str(error)
@@ -107,11 +112,14 @@ async def _read_text(socket: WebSocket) -> str:
 class _StickLink:
     """Takes the commands of a page, and gives it ticks.
 
-    `require()` raises AuthorityError if commands are no longer taken.
+    `commands` limits those of the session. `require()` raises AuthorityError if commands are no longer taken.
     """
 
-    def __init__(self, socket: WebSocket, steering: RemoteSteering, require: Callable[[], object]) -> None:
-        self._socket, self._steering, self._require = socket, steering, require
+    def __init__(
+        self, socket: WebSocket, steering: RemoteSteering, commands: TokenBucket, require: Callable[[], object]
+    ) -> None:
+        self._socket, self._steering, self._commands, self._require = socket, steering, commands, require
+        self._is_neutral = True
         self._ticks: dict[int, float] = {}
         self._tick = 0
         self._received = time.monotonic()
@@ -135,6 +143,8 @@ class _StickLink:
                 text = await self._socket.receive_text()
             except (WebSocketDisconnect, RuntimeError, KeyError):
                 return "its page is closed"
+            if not self._commands.try_acquire(time.monotonic()):
+                return f"its page sends more than {RATE:g} commands a second"
             words = read_object(text) if len(text) <= MOST_WORDS else {}
             if words.get("end") is True:
                 return "the operator has ended it"
@@ -143,14 +153,15 @@ class _StickLink:
 
     def _take(self, words: dict[str, object]) -> None:
         now, is_held = time.monotonic(), words.get("held") is True
-        if is_held and now - self._received < SHORTEST_PERIOD:
+        if now - self._received < SHORTEST_PERIOD and (is_held or self._is_neutral):
             return
         self._received = now
         tick = words.get("tick")
         age = now - self._ticks.get(tick, now - MOST_DELAY) if isinstance(tick, int) else MOST_DELAY
         is_late = age >= MOST_DELAY
         self._text = "commands come too late: not obeyed" if is_held and is_late else ""
-        self._steering.send(StickPosition.parse(words) if is_held and not is_late else NEUTRAL)
+        self._is_neutral = is_late or not is_held
+        self._steering.send(NEUTRAL if self._is_neutral else StickPosition.parse(words))
 
     async def _send_ticks(self) -> str:
         while True:

@@ -138,7 +138,7 @@ class ImcLinkTask(Task):
 
     @consume(others=True)
     def on_picture_request(self, request: imc.ImageTxSettings) -> None:
-        """Note who has asked for pictures; called by a subclass with requests of its own peers."""
+        """Note who has asked for pictures over the bus."""
         self.large_answers.on_request(request, network_time(self))
 
     def keep_state(self, state: imc.Message, packet: bytes) -> None:

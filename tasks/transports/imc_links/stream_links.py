@@ -259,7 +259,7 @@ class StreamLinkTask(ImcLinkTask):
         stream.received_at, stream.commands = network_time(self), stream.commands or kind not in REPORTS
         stream.add_system(head.src, stream.received_at)
         if isinstance(message, imc.ImageTxSettings):
-            self.on_picture_request(message)
+            self.large_answers.on_request(message, stream.received_at, stream.address)
         self.on_message(stream, message)
         if not self.local_messages_only:
             self.transmit(message, packet)
