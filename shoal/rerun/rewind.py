@@ -131,7 +131,7 @@ class RewoundRun:
             if nearest is not None:
                 vehicle = self.vehicle(nearest, Path(scratch), journals=True)
             else:
-                vehicle = self._from_start(Path(scratch), seconds)
+                vehicle = self._from_start(Path(scratch))
             try:
                 vehicle.kernel.run(until=wanted)
                 state = take_snapshot(vehicle)
@@ -160,15 +160,16 @@ class RewoundRun:
             snapshot, log_root, overrides=overrides, journals=journals, before_start=look_on, definitions=xml
         )
 
-    def _from_start(self, scratch: Path, seconds: float) -> Vehicle:
+    def _from_start(self, scratch: Path) -> Vehicle:
         profile, first = self._profile, self._run.logs[0]
         _, packet = next(first.packets(), (0, b""))
         if not packet or imc.header(packet).timestamp != profile.start_time:
-            why = "does not begin with the start of a virtual run; rewind the log that it was made from"
+            why = "does not begin with the start of a run in virtual time: a run in real time cannot be resumed, "
+            why += "and a part of a log only from the log that it was made from"
             place, start = read_log_run_position(first.path.parent), datetime.fromtimestamp(profile.start_time, UTC)
             if self._run.gap and place is not None and place.first.startswith(f"{start:%Y%m%d/%H%M%S}"):
                 why = f"cannot be repeated from the start of its run; {self._run.gap}"
-            raise SnapshotError(f"{first.path} has no snapshot before {seconds:g} s, and {why}")
+            raise SnapshotError(f"{first.path} has no snapshot before this time, and {why}")
         about = summarize_log(self._run)
         vehicle = _vehicle(profile, scratch, profile.start_time_ns, about.entity_ids if about is not None else {})
         InputJournals(vehicle)

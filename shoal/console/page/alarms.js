@@ -51,7 +51,7 @@ function compare(name, { system, plan, health }) {
 }
 
 // In a log, states jump with the time that is shown.
-function draw(frame) {
+export function draw(frame) {
   if (store.replay) return;
   for (const name of Object.keys(frame.vehicles)) compare(name, store.vehicles[name]);
   for (const name of frame.gone) {
@@ -59,7 +59,7 @@ function draw(frame) {
   }
 }
 
-function checkSilence(isSilent) {
+export function checkSilence(isSilent) {
   if (isSilent && !silent && Object.keys(known).length) raise("no data from the console", 3);
   silent = isSilent;
 }
@@ -70,4 +70,3 @@ page.sound.onclick = async ({ target }) => {
   if (audio) { await audio.close(); audio = null; } else { audio = new AudioContext(); last = -PAUSE; beep(0); }
   press(target, audio, "Sound is on", "Sound");
 };
-export { draw, checkSilence };

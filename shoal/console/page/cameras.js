@@ -125,12 +125,12 @@ async function look() {
 
 repeat(look, () => live || store.replay?.playing ? FAST : SLOW);
 marked.onchange = look;
-function forget() {
+export function choose() {
   keep([]);
   live = "";
   write(page.camerasNote, "");
 }
-export { look as open, forget as choose };
+export { look as open };
 
 function drawing(tag, words = {}, text = "") {
   const made = document.createElementNS("http://www.w3.org/2000/svg", tag);

@@ -24,16 +24,16 @@ async function run() {
   tell(answer.text, answer.ok ? worst : "bad");
 }
 
-function draw() {
+export function draw() {
   if (!checked || store.replay || performance.now() - checked < OLD) return;
   checked = 0;
   tell(`${page.checkResult.textContent}; this is older than a minute: check again`, "warn");
 }
-function forget() {
+export function choose() {
   checked = 0;
   fill(select);
   fill(page.checks);
   tell("");
 }
 page.checkRun.onclick = select.onchange = run;
-export { draw, run as open, forget as choose };
+export { run as open };

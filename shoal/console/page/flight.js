@@ -1,5 +1,5 @@
 // A plan flown in virtual time: how far it is, its track on the map, depth over the bottom, and battery.
-import { ask, color, duration, failed, fill, page, post, postJob, repeat, say, store, write, writeAnswer } from "./page.js";
+import { ask, color, duration, failed, fill, make, page, post, postJob, repeat, say, store, write, writeAnswer } from "./page.js";
 import { makeLayer } from "./map_layer.js";
 import { makePlot } from "./plots.js";
 
@@ -28,7 +28,10 @@ function drawPlots(rows) {
   // A bottom far below the deepest place would flatten the track.
   const lowest = -3 * Math.max(1, ...rows.map(([, , , depth]) => depth ?? 0)) - 10;
   const below = (at) => rows.map((row) => row[at] === null || -row[at] < lowest ? null : -row[at]);
-  const add = (series, data) => plots.push(makePlot(page.flyPlots, [{ label: "s" }, ...series], [times, ...data], OPTIONS));
+  const add = (series, data) => {
+    const place = page.flyPlots.appendChild(make("div"));
+    plots.push(makePlot(place, [{ label: "s" }, ...series], [times, ...data], OPTIONS));
+  };
   add([{ label: "height (m)", stroke: color("link") }, { label: "bottom (m)", stroke: color("warn") }], [below(3), below(4)]);
   add([{ label: "battery (%)", stroke: color("good") }], [rows.map((row) => row[5])]);
 }
@@ -37,7 +40,7 @@ start.onclick = async () => {
   const vehicle = store.chosen, text = page.planText.value;
   if (!text.trim()) { say("draw a plan first, or write one", "warn"); return; }
   clear();
-  write(page.flyResult, "in flight");
+  write(page.flyResult, "simulating");
   const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, page.flyRunning);
   if (vehicle !== store.chosen) return;
   writeAnswer(page.flyResult, answer);
@@ -53,8 +56,7 @@ async function showProgress() {
 }
 repeat(showProgress, () => 300);
 page.flyCancel.onclick = async () => failed(await post("flight-cancel"));
-function choose() {
+export function choose() {
   clear();
   profile.placeholder = store.chosen;
 }
-export { choose };

@@ -55,6 +55,5 @@ toggle.onclick = async () => {
   if (!answer.ok && vehicle === store.chosen) turn(false, answer.text);
 };
 
-const choose = () => turn(false);
+export const choose = () => turn(false);
 repeat(look, () => PERIOD);
-export { choose };

@@ -141,10 +141,10 @@ page.vehicle.onchange = ({ target }) => {
   choose(target.value);
   summarize();
 };
-document.addEventListener("submit", (event) => event.preventDefault()); // forms load nothing
+document.onsubmit = (event) => event.preventDefault(); // forms load nothing
 setInterval(checkAge, 500);
 // A link that is pasted into an open tab changes only what follows `#`, which loads nothing.
-addEventListener("hashchange", () => { if (location.hash) location.reload(); });
+window.onhashchange = () => { if (location.hash) location.reload(); };
 show("map");
 await account.byLink();
 await connectIfLoggedIn();

@@ -124,7 +124,6 @@ export function choose() {
 if (map) {
   L.control.scale({ imperial: false }).addTo(map);
   drawGrid();
-  new ResizeObserver(() => map.invalidateSize()).observe(page.map); // also when texts above it need another line
   map.on("moveend zoomend", drawGrid);
   map.on("mousemove", ({ latlng }) => {
     const { lat, lng } = latlng, here = placeOf(store.vehicle()?.state);

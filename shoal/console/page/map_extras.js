@@ -79,9 +79,7 @@ page.measure.onclick = ({ target }) => {
   drawRuler();
 };
 map?.on("click", ({ latlng }) => {
-  if (!store.measuring) return;
-  places.push(latlng);
-  drawRuler();
+  if (store.measuring) { places.push(latlng); drawRuler(); }
 });
 page.measure.hidden = !map;
 export function choose() {

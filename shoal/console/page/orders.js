@@ -8,7 +8,7 @@ const armed = new Set(); // what disarms the buttons that are pressed once
 for (const name of ["hold", "surface", "abort"]) {
   confirmed(page[name], () => {
     const vehicle = store.chosen;
-    return isChosen(vehicle) && (() => order(vehicle, name));
+    return isChosen() && (() => order(vehicle, name));
   });
 }
 confirmed(page.abortAll, () => abortAll);

@@ -17,7 +17,10 @@ export const store = {
 // s since a position was received
 export const ageOf = (state) => Number.isFinite(state?.time) ? store.now - state.time : 0;
 export const isOld = ({ system, state }) => !system?.there || ageOf(state) > STALE;
-export const placeOf = (state) => Number.isFinite(state?.lat) && Number.isFinite(state.lon) ? [state.lat, state.lon] : null;
+export function placeOf(state) {
+  const place = [state?.lat, state?.lon];
+  return place.every(Number.isFinite) ? place : null;
+}
 
 // The elements that have an id: `page.planText` is `plan-text`.
 export const page = new Proxy({}, {

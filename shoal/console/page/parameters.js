@@ -62,12 +62,11 @@ page.valuesSave.onclick = async () => {
   const entity = select.value;
   if (owner && entity) await change(owner, entity, "save", { entity }); else say("read an entity first", "warn");
 };
-function forget() {
+export function choose() {
   owner = "";
   fill(select);
   fill(page.values);
   fill(page.changes);
   write(page.valuesNote, "");
 }
-const open = () => { if (store.chosen && owner !== store.chosen) readValues(); };
-export { open, forget as choose };
+export const open = () => { if (store.chosen && owner !== store.chosen) readValues(); };

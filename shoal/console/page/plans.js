@@ -39,7 +39,7 @@ async function showRunning() {
   if (answer?.ok) showPath(answer.path, false);
 }
 
-function draw() {
+export function draw() {
   const plan = store.vehicle()?.plan;
   if (!plan) return;
   // Somebody has changed a plan, here or in another program.
@@ -86,12 +86,11 @@ page.planSave.onclick = async () => {
 };
 page.plansRefresh.onclick = refresh;
 for (const name of ["Stop", "Pause", "Resume"]) page[`plan${name}`].onclick = () => order(store.chosen, name.toLowerCase());
-function forget() {
+export function choose() {
   owner = "";
   stored = running = null;
   fill(page.plans);
   write(page.progress, "");
   showPath([]);
 }
-const open = () => { if (store.chosen && owner !== store.chosen) refresh(); };
-export { draw, open, forget as choose };
+export const open = () => { if (store.chosen && owner !== store.chosen) refresh(); };

@@ -16,11 +16,16 @@ export function sendFields() {
   store.socket.send(JSON.stringify({ fields: [...traces.keys(), ...store.panelFields] }));
 }
 
-// A plot of uPlot as wide as its place, or null where uPlot is not installed.
+// A plot of uPlot as wide as its place, which is only for it, or null where uPlot is not installed.
 export function makePlot(place, series, data, options) {
-  const { uPlot } = window, width = Math.max(NARROWEST, place.clientWidth - 10), stroke = color("text");
+  const { uPlot } = window, stroke = color("text"), width = () => Math.max(NARROWEST, place.clientWidth - 10);
+  if (!uPlot) return null;
   const axes = [{ stroke, ...options.axis }, { stroke, size: 60 }];
-  return uPlot ? new uPlot({ width, axes, series, ...options }, data, place) : null;
+  const plot = new uPlot({ width: width(), axes, series, ...options }, data, place);
+  new ResizeObserver(() => {
+    if (place.clientWidth && plot.width !== width()) plot.setSize({ width: width(), height: plot.height });
+  }).observe(place);
+  return plot;
 }
 
 // Whether the fields are known; after an error they are asked for anew.

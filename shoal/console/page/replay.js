@@ -26,7 +26,7 @@ function showClock(position) {
   write(page.replayClock, `${duration(position)} of ${duration(end)}, ${now} UTC`);
 }
 
-function draw() {
+export function draw() {
   const { replay } = store;
   document.body.classList.toggle("replay", Boolean(replay));
   form.hidden = !replay;
@@ -51,4 +51,3 @@ page.resume.onclick = async () => {
   const seconds = Number(page.resumeSeconds.value), change = page.resumeChange.value;
   writeAnswer(page.result, await post("resume", { position: Number(time.value), seconds, change }));
 };
-export { draw };

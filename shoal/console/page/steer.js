@@ -114,12 +114,10 @@ pad.onkeydown = (event) => {
 pad.onkeyup = ({ code }) => { if (pressed.delete(code)) send(); };
 pad.onpointerdown = (event) => { if (socket) { pad.setPointerCapture(event.pointerId); pull(event); send(); } };
 pad.onpointermove = (event) => { if (pulled) pull(event); };
-for (const over of ["pointerup", "pointercancel", "lostpointercapture"]) {
-  pad.addEventListener(over, () => { if (pulled) { pulled = null; send(); } });
-}
-pad.addEventListener("blur", release);
-addEventListener("blur", release);
-document.addEventListener("visibilitychange", () => { if (document.hidden && socket) { release(); stop(); } });
-addEventListener("pagehide", () => socket?.close());
+pad.onpointerup = pad.onpointercancel = pad.onlostpointercapture = () => { if (pulled) { pulled = null; send(); } };
+pad.onblur = release;
+window.onblur = release;
+document.onvisibilitychange = () => { if (document.hidden && socket) { release(); stop(); } };
+window.onpagehide = () => socket?.close();
 // Another vehicle must not be steered by the same keys.
 export function choose() { if (socket) stop(); }

@@ -54,6 +54,15 @@ def test_a_run_is_resumed_within_its_log_and_for_hours_at_most(page, words):
     assert "seconds at most 21600" in json.loads(content)["text"]
 
 
+def test_a_run_in_real_time_is_not_resumed_and_the_reason_says_so(page, tmp_path):
+    (tmp_path / "Config.ini").write_text(f"[General]\nVehicle = {NAME}\n")
+    status, content, _ = page.request("POST", "/api/resume", {"position": 1.0, "seconds": 1})
+    answer = json.loads(content)
+    assert (status, answer["ok"]) == (200, False)
+    assert "a run in real time cannot be resumed" in answer["text"]
+    assert "e+" not in answer["text"]
+
+
 def test_a_number_that_is_too_large_for_a_time_is_rejected(page):
     status, content, _ = page.request("POST", "/api/replay", {"position": 10**400})
     assert (status, json.loads(content)) == (200, {"ok": False, "text": "position is a finite number"})
