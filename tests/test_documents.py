@@ -87,6 +87,14 @@ def test_blocks_run(document, tmp_path, apart):
         assert done.returncode == 0, f"{code}\n{done.stdout}\n{done.stderr}"
 
 
+def test_a_task_in_a_folder_of_the_clone_is_tested_with_pytest_alone(tmp_path):
+    (tmp_path / "test_own.py").write_text("def test_own():\n    assert True\n")
+    settings = ["-c", str(ROOT / "pyproject.toml"), "--rootdir", str(tmp_path), "-p", "no:timeout"]
+    command = [sys.executable, "-m", "pytest", "-q", *settings, "test_own.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
+    assert (done.returncode, done.stdout.splitlines()[-1].split(" in ")[0]) == (0, "1 passed"), done.stdout
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_and_pictures_exist(document):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", document.read_text()):

@@ -35,7 +35,7 @@ STOPPING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
 
 @click.group(cls=DefaultCommandGroup, default="page")
 def console() -> None:
-    """Show all vehicles on the network in the browser, and say who may see and command them there."""
+    """Show all vehicles on the network in the browser, and manage its users and certificates."""
 
 
 console.add_command(user)

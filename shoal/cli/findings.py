@@ -1,4 +1,4 @@
-"""Prints what is wrong, how bad it is, and what to do."""
+"""Prints findings with their severity and their fix."""
 
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType

@@ -30,7 +30,7 @@ LISTEN = 2.5  # s
 def link(
     vehicle: str | None, duration: float | None, schema: imc.Schema, connection: dict[str, Any], as_json: bool
 ) -> None:
-    """Show traffic both ways, what was dropped and why, and what to do; of all systems, or of VEHICLE.
+    """Diagnose the connection to VEHICLE, or to all systems: traffic both ways, drops with reasons, fixes.
 
     Exit status 0 if nothing is wrong, else 1.
     """

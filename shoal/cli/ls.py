@@ -45,7 +45,8 @@ REFRESH = 0.25  # s
 def ls(watch: bool, duration: float | None, connection: dict[str, Any], as_json: bool) -> None:
     """List all vehicles on the network: state, position, battery, errors, age of the last message.
 
-    Exit status 1 if there is none. With --watch, and without a terminal or with --json, a line for each change.
+    Exit status 1 if no vehicle is found. --watch prints a line for each change if its output is no terminal, or with
+    --json.
     """
 
     async def act(network: Network) -> None:

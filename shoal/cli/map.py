@@ -52,7 +52,11 @@ def map() -> None:
 )
 @click.option("--around", type=_Place(), help="Place around which GeoTIFF, NetCDF, grids and soundings are read.")
 @click.option(
-    "--radius", type=click.FloatRange(1.0, 50_000.0), default=2000.0, show_default=True, help="How far from it, in m."
+    "--radius",
+    type=click.FloatRange(1.0, 50_000.0),
+    default=2000.0,
+    show_default=True,
+    help="Distance from --around to read, in m.",
 )
 def import_(charts: tuple[Path, ...], folder: Path, around: tuple[float, float] | None, radius: float) -> None:
     """Import CHARTS as overlays of the map: S-57 (.000), GeoJSON, KML, GPX; contours of GeoTIFF and other depths.

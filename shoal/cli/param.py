@@ -55,7 +55,7 @@ def param(
     VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'.
     load checks the whole file before it sends anything, and reads back what it has set.
     A new value is gone at the next start of the vehicle unless it is saved. Exit status 1 if a vehicle
-    rejects, or some entities do not answer: what is known is shown.
+    rejects, or some entities do not answer: the others are shown.
     """
     if output is not None and action != "dump":
         raise click.UsageError(f"--output is for dump, not for {action}")

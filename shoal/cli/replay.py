@@ -27,9 +27,9 @@ NAME = "replay"
 @click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
 @run_selection_options("log")
 @click.option(
-    "--from", "begin", default="", metavar="PLACE", help="Time to begin at: 90, 1h30min or 2026-01-01T00:05:00."
+    "--from", "begin", default="", metavar="TIME", help="Time to begin at: 90, 1h30min or 2026-01-01T00:05:00."
 )
-@click.option("--to", "end", default="", metavar="PLACE", help="Time to end at, like --from.")
+@click.option("--to", "end", default="", metavar="TIME", help="Time to end at, written as --from.")
 @click.option("-m", "--messages", multiple=True, help="Messages to play, by name; all by default.")
 @click.option("-s", "--systems", multiple=True, help="Systems to play, by name or id.")
 @click.option("-e", "--entities", multiple=True, help="Entities to play, by label.")
@@ -56,7 +56,7 @@ def replay(
     log_dir: Path,
     keep_going: bool | None,
 ) -> None:
-    """Play LOG, a folder or a Data.lsf of Shoal or DUNE, with their original headers and in their original order.
+    """Play LOG, a folder or a Data.lsf of Shoal or DUNE: its messages with their headers, in their order.
 
     For other programs: `shoal console LOG` shows a log on a page in the browser, with play, pause, speed and seek.
 

@@ -26,7 +26,7 @@ from support.durations import parse_duration
 @click.argument("log", type=click.Path(exists=True, path_type=Path), required=False)
 @last_option
 @click.option("--at", required=True, metavar="TIME", help="Time since the start of the run: 90 or 1h30min.")
-@click.option("--for", "duration", metavar="TIME", help="How long to run from there [default: to the end of the log]")
+@click.option("--for", "duration", metavar="TIME", help="Duration of the run [default: to the end of the log]")
 @click.option(
     "--set", "overrides", multiple=True, metavar="SECTION:OPTION=VALUE", help="Change an option from then on."
 )

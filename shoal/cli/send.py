@@ -55,7 +55,7 @@ class Rate(click.FloatRange):
     "--for", "duration", callback=parse_duration_option, metavar="TIME", help="With --rate: end after this time."
 )
 @click.option(
-    "--wait", callback=parse_duration_option, metavar="TIME", help="Show for this time what the vehicle replies to us."
+    "--wait", callback=parse_duration_option, metavar="TIME", help="Show the replies of the vehicle for this time."
 )
 @messages_option
 @network_options
@@ -82,7 +82,7 @@ def send(
     \b
     shoal send lauv-noptilus-1 DesiredSpeed value=1.2 --rate 10 --for 5s
 
-    With --rate it is a new message each time, and the vehicle carries out each. Without --count and --for, Ctrl-C ends
+    With --rate each is a new message, and the vehicle executes each. Without --count and --for, Ctrl-C ends
     it. VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'; rate and count are of each.
     """
     if rate is None and not (count is None and duration is None):

@@ -58,7 +58,9 @@ ASK_AGAIN = 0.5  # s between questions for the labels of entities
 @click.option(
     "--fields", default="", shell_complete=complete_fields, help="Only these fields, separated by commas: x,y,depth."
 )
-@click.option("-e", "--entities", multiple=True, shell_complete=complete_entity, help="Only of these, by label.")
+@click.option(
+    "-e", "--entities", multiple=True, shell_complete=complete_entity, help="Only messages of these entities, by label."
+)
 @click.option("--hz", is_flag=True, help="Rates of all types, instead of the messages.")
 @click.option(
     "--for", "duration", callback=parse_duration_option, metavar="TIME", help="End after this time: 3s, 1min."
@@ -83,7 +85,7 @@ def spy(
     """Show the messages of VEHICLE as they come: all, or those of the types named.
 
     VEHICLE is a name, several with commas, or a pattern in quotes such as 'lauv-*'; --count is for each of several.
-    --json prints an object on each line. Exit status 1 if nothing came from one, or it is gone.
+    --json prints an object on each line. Exit status 1 if a vehicle sends nothing, or ends.
     """
     kinds = [find_message_type(name, schema) for name in messages]
     try:

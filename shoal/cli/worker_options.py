@@ -1,4 +1,4 @@
-"""Options of the commands that do runs in processes beside their own."""
+"""Options of the commands that run scenarios in worker processes."""
 
 from typing import Final
 
@@ -11,7 +11,7 @@ workers_option: Final = click.option(
     "-j",
     "--workers",
     type=click.IntRange(0),
-    help="How many run at a time; with 0 this process does it, and ends none that hangs. [default: one a processor]",
+    help="Worker processes; with 0, this process runs all, without a time limit. [default: number of processors]",
 )
 wall_limit_option: Final = click.option(
     "--wall-limit",
@@ -28,4 +28,4 @@ def check_wall_limit(workers: int | None, wall_limit: float) -> None:
     if not wall_limit > 0.0:
         raise click.UsageError("--wall-limit must be more than 0 s")
     if workers == 0 and wall_limit != WALL_LIMIT:
-        raise click.UsageError("with -j 0 nothing can end a run that hangs: leave --wall-limit out")
+        raise click.UsageError("-j 0 has no time limit: leave --wall-limit out")

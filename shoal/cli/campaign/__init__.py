@@ -1,4 +1,4 @@
-"""`shoal campaign`: runs a study, does one of its runs again, reports and compares."""
+"""`shoal campaign`: runs a study, repeats one of its runs, reports and compares."""
 
 from pathlib import Path
 from typing import Any, ClassVar
@@ -8,9 +8,9 @@ import click
 from shoal.cli import LazyGroup
 
 COMMANDS = {
-    "run": ("shoal.cli.campaign.run", "Run a study; the word may be left out."),
-    "rerun": ("shoal.cli.campaign.rerun", "Do one run of a campaign again, as it was or with other values."),
-    "merge": ("shoal.cli.campaign.merge", "Make one data set of those of several computers."),
+    "run": ("shoal.cli.campaign.run", "Run a study (the default command)."),
+    "rerun": ("shoal.cli.campaign.rerun", "Repeat one run of a campaign, with the same or with other values."),
+    "merge": ("shoal.cli.campaign.merge", "Merge the data sets of several computers."),
     "report": ("shoal.cli.campaign.report", "Draw a campaign as one HTML page."),
     "compare": ("shoal.cli.campaign.compare", "Show what a change made better and worse, run by run."),
 }

@@ -24,8 +24,8 @@ MOST_PAIRS = 10
     "limits",
     multiple=True,
     metavar="LIMIT",
-    help="Exit with 1 if the mean of B - A is so: 'pass rate < -2 %', 'metrics.NAME > 0.5', 'margins.NAME < -10 %'; "
-    "or all of its interval, so that chance alone seldom does it: 'interval of pass rate < 0'.",
+    help="Exit with 1 if the mean of B - A matches: 'pass rate < -2 %', 'metrics.NAME > 0.5', 'margins.NAME < -10 %'; "
+    "or its whole confidence interval, which chance alone seldom causes: 'interval of pass rate < 0'.",
 )
 def compare(a: Path, b: Path, limits: tuple[str, ...]) -> None:
     """Compare campaign B with A, run by run: both must have the same seeds and draws.

@@ -19,12 +19,12 @@ MOST_GAPS = 12
 
 @click.command()
 @click.argument("shards", metavar="SHARD...", nargs=-1, required=True, type=FOLDER)
-@click.option("-o", "--out", type=FOLDER, required=True, help="Folder of the data set that has all of them.")
+@click.option("-o", "--out", type=FOLDER, required=True, help="Folder of the merged data set.")
 def merge(shards: tuple[Path, ...], out: Path) -> None:
-    """Make one data set of several that have runs of one study, such as those of `shoal campaign STUDY --shard 3/16`.
+    """Merge data sets with runs of one study, such as those of `shoal campaign STUDY --shard 3/16`.
 
-    A run that several have counts once, and must be the same. The exit status is 1 if runs are missing, or did not
-    end; `shoal campaign STUDY -o OUT` does these.
+    A run that is in several counts once, and must be the same in all. The exit status is 1 if runs are missing or
+    unfinished; `shoal campaign STUDY -o OUT` runs these.
     """
     with errors_as_messages():
         found = merge_results([open_results(folder) for folder in shards], out)

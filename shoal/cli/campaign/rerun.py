@@ -26,10 +26,10 @@ def rerun(
     values: tuple[str, ...],
     code: tuple[Path, ...],
 ) -> None:
-    """Do one run of the campaign in FOLDER again.
+    """Repeat one run of the campaign in FOLDER.
 
-    It must go as it did: the fingerprint, and the hash of the log if both runs have one, are checked, and the exit
-    status is 1 if they differ. With --set it is another run, shown beside the first.
+    The result must be the same: the exit status is 1 if the fingerprint differs, or the hash of the log if both runs
+    have one. With --set it is another run, shown beside the first.
     """
     with errors_as_messages():
         data = open_results(folder)

@@ -58,7 +58,7 @@ def _parse_shard(_: click.Context, __: click.Parameter, text: str | None) -> Sha
 @click.argument("study", type=FILE)
 @click.option("-o", "--out", type=FOLDER, help="Folder of the data set. [default: campaigns/NAME]")
 @workers_option
-@click.option("--on", metavar="ADDRESS", help="Do the runs on a cluster of Dask, such as dask://scheduler:8786.")
+@click.option("--on", metavar="ADDRESS", help="Use a cluster of Dask, such as dask://scheduler:8786.")
 @click.option("--runs", type=click.IntRange(1), help="Number of runs, instead of that in the study.")
 @click.option("--logs", type=click.Choice(LOGS), help="Logs to keep, instead of those in the study.")
 @values_option
@@ -68,7 +68,7 @@ def _parse_shard(_: click.Context, __: click.Parameter, text: str | None) -> Sha
     "--shard",
     callback=_parse_shard,
     metavar="K/N",
-    help="Do each N-th run only, from the K-th on, in the folder shard-K-of-N of the data set; see `merge`.",
+    help="Only each N-th run, from the K-th on, in the folder shard-K-of-N of the data set; see `merge`.",
 )
 def run(
     study: Path,
@@ -82,10 +82,10 @@ def run(
     wall_limit: float,
     shard: Shard,
 ) -> None:
-    """Do the runs of a study that its data set does not have yet, until there are enough.
+    """Run the missing runs of a study.
 
-    After an end at any moment, the same command continues, and does those runs again that did not end. With --set
-    all runs have this value; the draws of the others stay what they are, so that `shoal campaign compare` has pairs.
+    It can be interrupted at any time: the same command resumes, and repeats unfinished runs. With --set all runs have
+    this value; the draws of the other values stay the same, so that `shoal campaign compare` has pairs.
     """
     check_wall_limit(workers, wall_limit)
     if on:
@@ -175,7 +175,7 @@ def _sum_up(data: CampaignResults) -> None:
         first = errors[0]
         click.echo(f"{len(errors)} ended out of order, the first is run {first['run']}: {last_line(first['error'])}")
     if cut_short := len(rows) - len(ended):
-        click.echo(f"{cut_short} did not come to an end; the same command does them again")
+        click.echo(f"{cut_short} did not end; the same command repeats them")
     names = dict.fromkeys(name for row in rows for name in row if name.startswith(("metrics.", "margins.")))
     for name in sorted(names)[:MOST_NAMES]:
         found = sorted(value for row in rows if math.isfinite(value := row.get(name, math.nan)))

@@ -45,7 +45,7 @@ def cut(
 ) -> None:
     """Copy a part of LOG to the new folder OUT; packets stay unchanged.
 
-    Exit status 1 if most of LOG could not be read: what could is written.
+    Exit status 1 if most of LOG could not be read: the rest is written.
     """
     with errors_as_messages():
         opened = open_log(log)

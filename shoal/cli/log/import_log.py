@@ -28,7 +28,7 @@ def import_(file: Path, out: Path | None, system: str, force: bool) -> None:
     An MCAP gives the same log, packet for packet. Autopilots become systems; their measurements, actions and texts
     become IMC messages: state, GPS, batteries, sensors, modes, missions, parameters, texts.
 
-    Exit status 1 if most of FILE could not be read: what could is written.
+    Exit status 1 if most of FILE could not be read: the rest is written.
     """
     out = out or Path(file.stem)
     with errors_as_messages():

@@ -24,7 +24,7 @@ from support.terminal_text import printable
 def merge(logs: tuple[Path, ...], out: Path, copies: bool) -> None:
     """Merge all LOGS into the new folder OUT, ordered by time.
 
-    Exit status 1 if most of a log could not be read: what could is written.
+    Exit status 1 if most of a log could not be read: the rest is written.
     """
     with errors_as_messages():
         opened = [open_log(path) for path in logs]
