@@ -31,6 +31,11 @@ def is_loopback_address(address: str) -> bool:
     return address.startswith("127.")
 
 
+def is_loopback_host(name: str) -> bool:
+    """Whether a name or an address in a place such as tcp/localhost:7447 is this computer."""
+    return name in ("localhost", "::1") or is_loopback_address(name)
+
+
 def interfaces() -> list[Interface]:
     """The interfaces of this computer that have an IPv4 address; on other systems than Linux, only loopback."""
     try:

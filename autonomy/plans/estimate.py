@@ -1,7 +1,6 @@
 """Estimates the time, distance and energy of maneuvers."""
 
 import math
-from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -10,6 +9,7 @@ from typing import NamedTuple
 import imc
 from imc.coordinates import maneuver_corner_offsets
 from imc.tuple_list import parse_tuple_list
+from support.interpolation import interpolate
 from support.wgs84 import displace, ground_distance
 
 LatLon = tuple[float, float]  # latitude, longitude (rad)
@@ -178,13 +178,6 @@ def drifts_at_surface(station: imc.StationKeeping, circles: bool) -> bool:
     below = parse_tuple_list(station.custom).get("Under Water", "circle" if circles else "surface").lower()
     is_shallow = station.z <= SURFACE or below != "circle"
     return station.z_units == imc.ZUnits.NONE or (station.z_units == imc.ZUnits.DEPTH and is_shallow)
-
-
-def interpolate(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
-    """Piecewise linear interpolation, extrapolated beyond both ends."""
-    at = min(max(1, bisect_right(xs, x)), len(xs) - 1)
-    x0, x1, y0, y1 = xs[at - 1], xs[at], ys[at - 1], ys[at]
-    return y0 + (x - x0) * (y1 - y0) / (x1 - x0) if x1 != x0 else y0
 
 
 def waypoints(maneuver: imc.Message) -> list[LatLon]:

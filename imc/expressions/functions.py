@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import imc
+from support.rotations import wrap
 from support.wgs84 import SEMI_MAJOR_AXIS, displacement
 
 
@@ -33,7 +34,7 @@ def _most(*numbers: float) -> float:
 
 def _angle(x: float) -> float:
     """An angle (rad) between -π and π."""
-    return math.remainder(x, math.tau) if math.isfinite(x) else math.nan
+    return wrap(x) if math.isfinite(x) else math.nan
 
 
 def distance(a: Any, b: Any) -> float:

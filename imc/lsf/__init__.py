@@ -4,7 +4,7 @@ from imc.lsf.byte_reader import Members, ReportProgress, open_reader, unpacked_c
 from imc.lsf.damage_list import DamageList
 from imc.lsf.gzip_members import COMPRESSIONS, Compression, compress_member
 from imc.lsf.log import Log
-from imc.lsf.log_files import SUFFIXES, find_log
+from imc.lsf.log_files import SUFFIXES, find_log, log_file_names
 from imc.lsf.neptus_index import read_neptus_index, write_neptus_index
 from imc.lsf.parallel_gunzip import ParallelMap
 from imc.lsf.position_columns import positions
@@ -26,6 +26,7 @@ __all__ = [
     "compress_member",
     "find_log",
     "gzip_schema",
+    "log_file_names",
     "open_reader",
     "positions",
     "read_at_offsets",

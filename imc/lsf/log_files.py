@@ -1,6 +1,7 @@
 """Finds the log in a folder, and its schema."""
 
 import errno
+from collections.abc import Collection
 from pathlib import Path
 
 from imc.lsf.gzip_members import COMPRESSIONS
@@ -17,13 +18,16 @@ def find_log(path: Path) -> Path:
         return path
     if not path.is_dir():
         raise FileNotFoundError(errno.ENOENT, "not a regular file" if path.exists() else "no such log", str(path))
-    for name in NAMES:
-        if (path / name).is_file():
-            return path / name
-    others = [file for file in sorted(path.iterdir()) if file.name.endswith(SUFFIXES) and file.is_file()]
-    if len(others) != 1:
+    found = log_file_names({file.name for file in path.iterdir() if file.name.endswith(SUFFIXES) and file.is_file()})
+    if len(found) != 1:
         raise FileNotFoundError(errno.ENOENT, f"no log in the folder (one of {', '.join(NAMES)})", str(path))
-    return others[0]
+    return path / found[0]
+
+
+def log_file_names(names: Collection[str]) -> list[str]:
+    """The logs among the names of files in a folder, sorted; of several Data.lsf files the one that `Log` opens."""
+    preferred = next((name for name in NAMES if name in names), None)
+    return [preferred] if preferred else sorted(name for name in names if name.endswith(SUFFIXES))
 
 
 def find_schema(log: Path) -> tuple[Schema, Path | None]:

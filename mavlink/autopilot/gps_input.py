@@ -4,8 +4,8 @@ import math
 
 import imc
 from mavlink import Fields
-from mavlink.autopilot.setpoints import degrees_e7
 from mavlink.autopilot.telemetry import is_valid_message
+from mavlink.positions import degrees_e7
 
 Validity = imc.GpsFix.Validity
 NO_FIX, FIX_3D = 1, 3  # GPS_FIX_TYPE

@@ -9,9 +9,10 @@ import imc
 from autonomy.plans import main_sequence
 from imc.coordinates import maneuver_corner_offsets
 from mavlink.autopilot.leg import Leg, ReportedPosition, path_height_above_home
-from mavlink.autopilot.setpoints import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE, degrees_e7
+from mavlink.autopilot.setpoints import AIR_SPEED, GLOBAL, GROUND_SPEED, RELATIVE
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
 from mavlink.missions import Item, MissionCommand
+from mavlink.positions import degrees_e7
 from support.wgs84 import displace, ground_distance
 
 NO_PLACE = 2  # MAV_FRAME of an item that has none

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from mavlink import Fields
 from mavlink.autopilot.leg import Leg, ReportedPosition
 from mavlink.autopilot.vehicle_modes import SteeredVehicle
+from mavlink.positions import degrees_e7
 
 TAKEOFF, CHANGE_SPEED, REPOSITION, ORBIT = 22, 178, 192, 34  # MAV_CMD
 GLOBAL, RELATIVE = 0, 6  # MAV_FRAME: above the sea, above home
@@ -67,7 +68,3 @@ def takeoff_command(vehicle: SteeredVehicle, leg: Leg, at: ReportedPosition) -> 
 def speed_command(vehicle: SteeredVehicle, speed: float) -> CommandMessage:
     kind = AIR_SPEED if vehicle.roams else GROUND_SPEED
     return command_message("the speed", CHANGE_SPEED, (kind, speed, -1.0))
-
-
-def degrees_e7(angle: float) -> int:
-    return round(math.degrees(angle) * 1e7)

@@ -26,13 +26,14 @@ from mavlink.translate.measurements_to_imc import (
     battery_messages,
     estimated_state,
     imu_messages,
+    known_accuracy,
     log_entry,
     magnetic_field,
     numbered_label,
     pressure_messages,
     range_message,
 )
-from support.rotations import Vector
+from support.rotations import Vector, wrap
 
 BUILDS = {1: 10, 2: 2, 3: 1, 4: 5, 7: SUBMARINE, 12: 7, 13: 4}
 """VER.BU -> MAV_TYPE."""
@@ -132,7 +133,7 @@ class DataFlashTranslator(LogTranslator):
         super().__init__(flight, handlers)
 
     def _attitude(self, m: Any) -> TranslatedMessages:
-        attitude = (math.radians(m.Roll), math.radians(m.Pitch), math.remainder(math.radians(m.Yaw), math.tau))
+        attitude = (math.radians(m.Roll), math.radians(m.Pitch), wrap(math.radians(m.Yaw)))
         yield IMU, imc.EulerAngles(time=self._time, phi=attitude[0], theta=attitude[1], psi=attitude[2])
         if self._place is None:
             return
@@ -189,10 +190,10 @@ class DataFlashTranslator(LogTranslator):
             satellites=m.NSats,
             sog=m.Spd if fixed else None,
             cog=m.GCrs % 360.0 if fixed else None,
-            hdop=_known(m.HDop),
-            vdop=_known(getattr(more, "VDop", None)),
-            hacc=_known(getattr(more, "HAcc", None)),
-            vacc=_known(getattr(more, "VAcc", None)),
+            hdop=known_accuracy(m.HDop),
+            vdop=known_accuracy(getattr(more, "VDop", None)),
+            hacc=known_accuracy(getattr(more, "HAcc", None)),
+            vacc=known_accuracy(getattr(more, "VAcc", None)),
         )
         if instance == 0:
             course = math.radians(m.GCrs)
@@ -228,10 +229,6 @@ def _battery(m: Any, instance: int) -> TranslatedMessages:
 def _airspeed(m: Any) -> TranslatedMessages:
     if getattr(m, "U", 1) or getattr(m, "H", 1):
         yield AUTOPILOT, imc.IndicatedSpeed(value=m.Airspeed)
-
-
-def _known(value: float | None) -> float | None:
-    return value if value is not None and 0.0 < value < 99.0 else None  # 99.99: unknown
 
 
 def _utc(values: Mapping[str, Any]) -> float | None:

@@ -206,6 +206,11 @@ class ParameterBatch:
             yield AUTOPILOT, imc.EntityParameters(name=AUTOPILOT, params=params)
 
 
+def known_accuracy(value: float | None) -> float | None:
+    """A dilution of precision, or an accuracy (m), of a flight log; None for 99.99, which means unknown."""
+    return value if value is not None and 0.0 < value < 99.0 else None
+
+
 def number_text(value: float) -> str:
     """The shortest text for an integer, or a number of 32 bits: 0.1, not 0.10000000149."""
     if isinstance(value, int):

@@ -8,7 +8,7 @@ import imc
 from mavlink.dialect import Fields
 from mavlink.positions import GlobalPosition, Home, degrees_e7
 from mavlink.translate.from_imc import UNKNOWN_16, boot_ms, velocity_of
-from support.rotations import quaternion_from_euler, rotation, to_body
+from support.rotations import quaternion_from_euler, rotation, to_body, wrap
 
 GRAVITY = 9.80665  # m/s²; "mg" are thousandths of it
 DOWN, FORWARD = 25, 0  # MAV_SENSOR_ORIENTATION
@@ -151,8 +151,8 @@ def nav_controller_output(
     return {
         "nav_roll": math.degrees(state.phi),
         "nav_pitch": math.degrees(state.theta),
-        "nav_bearing": round(math.degrees(math.remainder(state.psi + path.course_error, math.tau))),
-        "target_bearing": round(math.degrees(math.remainder(angle, math.tau))),
+        "nav_bearing": round(math.degrees(wrap(state.psi + path.course_error))),
+        "target_bearing": round(math.degrees(wrap(angle))),
         "wp_dist": round(min(65535.0, distance)),
         "alt_error": errors[0],
         "aspd_error": errors[1],
@@ -162,7 +162,7 @@ def nav_controller_output(
 
 def nav_controller_output_without_target(state: imc.EstimatedState) -> Fields:
     """NAV_CONTROLLER_OUTPUT where no path is followed: no distance and no errors, as ArduPilot sends it."""
-    heading = round(math.degrees(math.remainder(state.psi, math.tau)))
+    heading = round(math.degrees(wrap(state.psi)))
     return {
         "nav_roll": math.degrees(state.phi),
         "nav_pitch": math.degrees(state.theta),

@@ -25,6 +25,7 @@ from mavlink.translate.measurements_to_imc import (
     battery_messages,
     estimated_state,
     imu_messages,
+    known_accuracy,
     log_entry,
     magnetic_field,
     numbered_label,
@@ -157,10 +158,10 @@ class ULogTranslator(LogTranslator):
             satellites=m.satellites_used,
             sog=m.vel_m_s if m.vel_ned_valid else None,
             cog=math.degrees(m.cog_rad) % 360.0 if m.vel_ned_valid and math.isfinite(m.cog_rad) else None,
-            hdop=_known(m.hdop),
-            vdop=_known(m.vdop),
-            hacc=_known(m.eph),
-            vacc=_known(m.epv),
+            hdop=known_accuracy(m.hdop),
+            vdop=known_accuracy(m.vdop),
+            hacc=known_accuracy(m.eph),
+            vacc=known_accuracy(m.epv),
         )
         yield numbered_label(GPS, m.number), fix.message()
 
@@ -214,7 +215,3 @@ def _airspeed(m: Any) -> TranslatedMessages:
 
 def _vector(m: Any, name: str, count: int = 3) -> Any:
     return tuple(getattr(m, f"{name}[{index}]") for index in range(count))
-
-
-def _known(value: float) -> float | None:
-    return value if 0.0 < value < 99.0 else None  # 99.99: unknown

@@ -1,6 +1,15 @@
 """One queue of events and the clock that it runs on."""
 
-from runtime.kernel.clock import SECOND, Clock, ScaledClock, VirtualClock, WallClock, nanoseconds, parse_clock
+from runtime.kernel.clock import (
+    SECOND,
+    Clock,
+    ScaledClock,
+    VirtualClock,
+    WallClock,
+    nanoseconds,
+    parse_clock,
+    real_time_scale,
+)
 from runtime.kernel.errors import (
     HandlerBlockedError,
     HandlerError,
@@ -36,5 +45,6 @@ __all__ = [
     "owner_of",
     "owner_title",
     "parse_clock",
+    "real_time_scale",
     "to_ordinary_exception",
 ]

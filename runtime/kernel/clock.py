@@ -16,6 +16,11 @@ def nanoseconds(seconds: float) -> int:
     return whole * SECOND + round((seconds - whole) * SECOND)
 
 
+def real_time_scale(clock: "Clock") -> float:
+    """Seconds of a clock in one second of real time; 1 for a virtual clock, which has no such pace."""
+    return clock.speed if clock.speed < math.inf else 1.0
+
+
 class Clock(Protocol):
     """The source of a kernel's time. Times are ns since 1970 UTC and never go back.
 

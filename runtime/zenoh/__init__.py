@@ -1,6 +1,6 @@
 """A transport that joins the buses of several processes."""
 
-from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, error_text, read_connect_endpoints
+from runtime.zenoh.config import LOCAL_PORT, ZenohConfig, error_text, is_loopback_endpoint, read_connect_endpoints
 from runtime.zenoh.key_expressions import key_chunk, message_key
 from runtime.zenoh.listen_endpoint_failover import ListenEndpointFailover
 from runtime.zenoh.presence import DAEMON, ProcessPart, describe_local_host
@@ -18,6 +18,7 @@ __all__ = [
     "ZenohTransport",
     "describe_local_host",
     "error_text",
+    "is_loopback_endpoint",
     "key_chunk",
     "message_key",
     "parse_token",

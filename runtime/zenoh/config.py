@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
+from runtime.network_interfaces import is_loopback_host
 from runtime.zenoh.loopback_discovery import LOOPBACK
 from runtime.zenoh.security import ENCRYPTED, OPTIONS, Security, checks_identity
 
@@ -145,12 +146,12 @@ class ZenohConfig:
         by_zenoh = scouting not in ("none", *_LOOPBACKS)
         # A peer passes nothing on between its own computer and others.
         ends = (*(self.listen or ()), *(self.connect or ()))
-        put("mode", self.mode, "router" if by_zenoh or not all(map(is_loopback, ends)) else "peer")
+        put("mode", self.mode, "router" if by_zenoh or not all(map(is_loopback_endpoint, ends)) else "peer")
         mode = get("mode")
         listen = _list(self.listen, get("listen/endpoints"), mode)
         connect = _list(self.connect, get("connect/endpoints"), mode)
-        beyond = [endpoint for endpoint in (*listen, *connect) if not is_loopback(endpoint)]
-        if by_zenoh and mode != "client" and all(map(is_loopback, listen)):
+        beyond = [endpoint for endpoint in (*listen, *connect) if not is_loopback_endpoint(endpoint)]
+        if by_zenoh and mode != "client" and all(map(is_loopback_endpoint, listen)):
             listen.append(
                 f"{'tls' if self.security.certificate else 'tcp'}/0.0.0.0:0"
             )  # for sessions found by scouting
@@ -213,11 +214,11 @@ def _here(port: int) -> str:
     return f"tcp/{LOOPBACK}:{port}"
 
 
-def is_loopback(endpoint: str) -> bool:
+def is_loopback_endpoint(endpoint: str) -> bool:
     """Whether an endpoint can only be reached from this computer."""
     protocol, _, rest = endpoint.partition("/")
     host = re.split(r"[?#]", rest)[0].rpartition(":")[0].strip("[]")
-    return protocol.startswith("unix") or host in ("localhost", "::1") or host.startswith("127.")
+    return protocol.startswith("unix") or is_loopback_host(host)
 
 
 def _is_guarded(get: Callable[[str], Any], mode: str, beyond: Iterable[str]) -> bool:

@@ -8,7 +8,7 @@ import socket
 import threading
 from typing import TYPE_CHECKING, Any, cast
 
-from runtime.zenoh.config import ZenohConfig, error_text, is_loopback, set_option
+from runtime.zenoh.config import ZenohConfig, error_text, is_loopback_endpoint, set_option
 from runtime.zenoh.session_factory import SessionFactory
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class ListenEndpointFailover:
         config = self._config.build().config
         set_option(config, "id", None)  # an id in the configuration file is that of the session of packets
         set_option(config, "listen/endpoints", free)
-        if not all(map(is_loopback, free)):
+        if not all(map(is_loopback_endpoint, free)):
             set_option(config, "mode", "router")  # a peer passes nothing on to the peers of other computers
         set_option(config, "connect/endpoints", [])
         set_option(config, "open/return_conditions/connect_scouted", False)

@@ -12,7 +12,7 @@ import socket
 import threading
 from typing import TYPE_CHECKING, Any
 
-from runtime.zenoh.config import LEASE, is_loopback
+from runtime.zenoh.config import LEASE, is_loopback_endpoint
 
 if TYPE_CHECKING:
     import zenoh
@@ -80,7 +80,9 @@ def _links(session: "zenoh.Session") -> list[tuple[End, End]]:
         links: Any = session.info.links()
     except zenoh.ZError:  # it is closed
         return []
-    return [(_locator(str(link.src)), _locator(str(link.dst))) for link in links if not is_loopback(str(link.dst))]
+    return [
+        (_locator(str(link.src)), _locator(str(link.dst))) for link in links if not is_loopback_endpoint(str(link.dst))
+    ]
 
 
 def _locator(text: str) -> End:

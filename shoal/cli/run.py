@@ -30,8 +30,8 @@ from shoal.cli.status_display import StatusDisplay
 from shoal.cli.systemd_notify import SystemdNotifier
 from shoal.cli.time_texts import parse_duration_option, parse_period
 from shoal.cli.vehicle_page import serve_page
-from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, stop_with_parent, supervise
-from shoal.fleet import Supervisor
+from shoal.cli.vehicle_subprocesses import make_managed_process, resolve_process_option, supervise
+from shoal.fleet import Supervisor, stop_with_parent
 from shoal.simulated_motion import motion_problem, motion_warning
 from support.diagnostics import COMMAND_LINE, Problem, ProfileError
 from support.file_errors import describe_os_error
@@ -163,7 +163,7 @@ def run(
     if snapshot_every is not None:
         InputJournals(made.vehicle)
     if parent is not None:
-        stop_with_parent(made.vehicle, parent)
+        stop_with_parent(made.vehicle.kernel, parent, made.vehicle.stop)
     supervisor = Supervisor(
         [make_managed_process(name) for name in others] if part == "" and not alone and process is None else []
     )

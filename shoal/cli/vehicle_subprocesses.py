@@ -54,15 +54,3 @@ def supervise(vehicle: Vehicle, supervisor: Supervisor) -> None:
         vehicle.kernel.after(POLL_PERIOD, poll)
 
     vehicle.kernel.soon(poll)
-
-
-def stop_with_parent(vehicle: Vehicle, parent: int) -> None:
-    """Stop the vehicle when the process that has started it is gone, however it ended."""
-
-    def poll() -> None:
-        if os.getppid() != parent:
-            vehicle.stop()
-        else:
-            vehicle.kernel.after(POLL_PERIOD, poll)
-
-    vehicle.kernel.soon(poll)

@@ -21,7 +21,7 @@ from shoal.console.access.request_limit import RequestLimit
 from shoal.console.access.users import Role
 from shoal.console.charts.tiles import TileSets
 from shoal.console.foxglove import FoxgloveRoutes, Playback, ViewerAccess
-from shoal.console.json_request import Answer, json_object, json_response, read_object
+from shoal.console.json_request import Answer, json_object, json_response, read_object, refusal_response
 from shoal.console.page_feed import PageFeed, Viewer
 from shoal.console.page_files import PageFiles
 from shoal.console.page_part import PagePart
@@ -150,7 +150,7 @@ class ConsoleApplication:
             assert session is not None
             refusal = self._authority.refusal(session.user, max(role, Role.OPERATE))
             if refusal and role > Role.WATCH:
-                return json_response({"ok": False, "text": printable(refusal)})
+                return refusal_response(refusal)
             request.state.user, request.state.refusal = session.user, refusal
             return await answer(request)
 
@@ -198,7 +198,7 @@ class ConsoleApplication:
                 return json_response({"ok": True, "plans": await vehicle.plan.list()})
             plan = await vehicle.plan.get(name)
         except NetworkError as error:
-            return json_response({"ok": False, "text": printable(str(error))})
+            return refusal_response(error)
         return json_response({"ok": True, "path": plan_path(plan)})
 
     async def _fields(self, _: Request) -> Response:

@@ -8,6 +8,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from shoal.console.page_feed import encode
+from support.terminal_text import printable
 
 Answer = Callable[[Request], Awaitable[Response]]
 
@@ -29,3 +30,8 @@ def read_object(text: str) -> dict[str, object]:
 def json_response(value: Any) -> Response:
     """An answer of JSON, see `encode`."""
     return Response(encode(value), media_type="application/json")
+
+
+def refusal_response(reason: object, **more: object) -> Response:
+    """The answer to a request that is rejected: the reason, and what the page expects beside it."""
+    return json_response({"ok": False, "text": printable(str(reason)), **more})

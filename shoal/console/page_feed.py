@@ -14,7 +14,7 @@ import msgspec
 
 import imc
 from shoal.console.abort_senders import AbortSenders
-from shoal.console.vehicle_view import KINDS, ArrivalTimes, View, changed_sections, position, vehicle_view, word
+from shoal.console.vehicle_view import KINDS, ArrivalTimes, View, changed_items, position, vehicle_view, word
 from shoal.network import MessageListener, MessageUse, Network, NetworkSystem, field_value
 from support.terminal_text import printable
 
@@ -198,7 +198,7 @@ class PageFeed:
     def _send_frames(self, entries: Iterable[list[object]]) -> None:
         named = self.senders.named
         views = {each.name: vehicle_view(each, self._times, partial(named, each.name)) for each in self._systems()}
-        changes = {name: changed_sections(self._sent.get(name, {}), view) for name, view in views.items()}
+        changes = {name: changed_items(self._sent.get(name, {}), view) for name, view in views.items()}
         gone = [name for name in self._sent if name not in views]
         values = self._values()
         self._sent = views

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import imc
 from imc.discovery import displayable_name
@@ -39,6 +39,7 @@ RUNNING = (imc.PlanControlState.State.EXECUTING, imc.PlanControlState.State.INIT
 TYPES = {kind.value: kind.name.lower() for kind in imc.SystemType}
 
 View = dict[str, Any]
+Item = TypeVar("Item")
 
 
 class ArrivalTimes:
@@ -197,6 +198,6 @@ def _rounded(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 
-def changed_sections(before: Mapping[str, View], now: Mapping[str, View]) -> dict[str, View]:
-    """The sections that differ from those before."""
-    return {name: section for name, section in now.items() if before.get(name) != section}
+def changed_items(before: Mapping[str, Item], now: Mapping[str, Item]) -> dict[str, Item]:
+    """The items, such as sections of a view, that differ from those before."""
+    return {name: item for name, item in now.items() if before.get(name) != item}

@@ -3,6 +3,7 @@
 from shoal.fleet.fleet_config import FleetConfig, FleetVehicle, load_fleet
 from shoal.fleet.fleet_file import FleetFileError
 from shoal.fleet.monitor import FleetMonitor, VehicleSummary
+from shoal.fleet.parent_process import stop_with_parent
 from shoal.fleet.ports import SYSTEM_ID, mavlink_id
 from shoal.fleet.running_fleets import find_running_fleets, register_fleet, stop_fleet
 from shoal.fleet.shared_process import run_shared_process
@@ -23,4 +24,5 @@ __all__ = [
     "register_fleet",
     "run_shared_process",
     "stop_fleet",
+    "stop_with_parent",
 ]

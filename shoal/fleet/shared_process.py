@@ -1,6 +1,5 @@
 """Several vehicles of a fleet in one process, on one kernel; each has its own bus, zenoh session, tasks and log."""
 
-import os
 import signal
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,8 +8,7 @@ from runtime.kernel import WallClock, Watchdog
 from runtime.profile import load_profile
 from runtime.vehicle import Fleet, build, join_zenoh
 from shoal.fleet.fleet_config import FleetVehicle
-
-POLL_PERIOD = 0.25  # s between looks at the parent
+from shoal.fleet.parent_process import stop_with_parent
 
 
 def run_shared_process(vehicles: Iterable[FleetVehicle], folder: Path, log_dir: Path, parent: int) -> None:
@@ -26,12 +24,6 @@ def run_shared_process(vehicles: Iterable[FleetVehicle], folder: Path, log_dir: 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
             signal.signal(number, stop)
-
-    def stop_without_parent() -> None:
-        if os.getppid() != parent:
-            fleet.stop()
-        else:
-            fleet.kernel.after(POLL_PERIOD, stop_without_parent)
 
     with Watchdog(fleet.kernel), fleet:
         state_folder = log_dir.parent / "db"
@@ -50,5 +42,5 @@ def run_shared_process(vehicles: Iterable[FleetVehicle], folder: Path, log_dir: 
             )
             join_zenoh(made.vehicle, profile)
         fleet.start()
-        fleet.kernel.soon(stop_without_parent)
+        stop_with_parent(fleet.kernel, parent, fleet.stop)
         fleet.run()

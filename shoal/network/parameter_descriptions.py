@@ -13,6 +13,7 @@ from runtime.task import Parameter
 from runtime.vehicle import TaskImportError, find_task
 from shoal.network.link import NoAnswer
 from shoal.network.remote_vehicle import AsyncRemoteVehicle
+from support.float32 import shortest_float32
 
 Type = imc.TypedEntityParameter.Type
 Visibility = imc.TypedEntityParameter.Visibility
@@ -168,7 +169,7 @@ def _merge(
         return found
     locked = typed.visibility in (Visibility.USER_NOT_EDITABLE, Visibility.DEVELOPER_NOT_EDITABLE)
     bounds = (typed.min_value, typed.max_value) if typed.min_value < typed.max_value else (-math.inf, math.inf)
-    low, high = map(_shortest, bounds)
+    low, high = map(shortest_float32, bounds)
     size = (typed.list_min_size, typed.list_max_size)
     return replace(
         found,
@@ -199,11 +200,6 @@ def _type_name(number: int) -> str:
     kind, is_list = _KINDS[number]
     name = {bool: "boolean", int: "integer", float: "real", str: "string"}[kind]
     return f"list:{name}" if is_list else name
-
-
-def _shortest(value: float) -> float:
-    """The shortest number that is sent as this one: 0.1, not 0.10000000149."""
-    return float(str(np.float32(value)))
 
 
 def _values(kind: type[bool] | type[int] | type[float] | type[str], choices: tuple[str, ...]) -> tuple[Any, ...]:

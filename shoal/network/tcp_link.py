@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import imc
 from imc.discovery import PERIOD, Endpoint, displayable_name
 from imc.layout import LARGEST_PACKET
-from runtime.network_interfaces import is_loopback_address
+from runtime.network_interfaces import is_loopback_host
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 
 USUAL_PORT = 7001
@@ -44,9 +44,7 @@ class TCPLink:
     fragment_size = 0
 
     def __init__(self, places: Collection[Endpoint]) -> None:
-        self.is_far: bool = not all(
-            is_loopback_address(place.address) or place.address == "localhost" for place in places
-        )
+        self.is_far: bool = not all(is_loopback_host(place.address) for place in places)
         self._lines = [_Connection(place, f"{place} has not answered yet") for place in dict.fromkeys(places)]
         self.trouble: str = "; ".join(line.trouble for line in self._lines)
         self._tasks: list[asyncio.Task[None]] = []

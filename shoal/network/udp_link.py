@@ -22,7 +22,7 @@ from imc.discovery import (
     displayable_name,
 )
 from imc.reserved_ids import OPERATORS
-from runtime.network_interfaces import EVERYWHERE, interfaces, refused_destinations
+from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_host, refused_destinations
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.udp_sockets import bound_socket, discovery_socket, own_address, waiting_datagrams
 
@@ -78,7 +78,7 @@ class UDPLink:
         self._has_received = False
         self._rival_received = 0.0
         self.deaf: bool = False
-        self.is_far: bool = not all(place.address.startswith("127.") for place in self._places)
+        self.is_far: bool = not all(is_loopback_host(place.address) for place in self._places)
 
     @property
     def discovery_timeout(self) -> float:

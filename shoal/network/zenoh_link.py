@@ -12,7 +12,7 @@ import imc
 from imc.discovery import PERIOD
 from imc.layout import SMALLEST_PACKET
 from imc.reserved_ids import OPERATORS
-from runtime.zenoh import LOCAL_PORT, ZenohConfig, error_text, key_chunk, message_key, parse_token
+from runtime.zenoh import LOCAL_PORT, ZenohConfig, error_text, is_loopback_endpoint, key_chunk, message_key, parse_token
 from shoal.network.link import EVERYBODY, FAR, NEAR, ConsoleIdentity, LinkListener, ReceivedPacket
 from shoal.network.zenoh_connection_failure import connection_failure
 from shoal.network.zenoh_key_expressions import includes_expression, key_expressions
@@ -58,7 +58,7 @@ class ZenohLink:
         self.name = name
         self._connect = tuple(connect)
         self.trouble: str = f"{', '.join(self._connect)} has not answered yet"
-        self.is_far: bool = not all("/127." in endpoint or "/localhost:" in endpoint for endpoint in connect)
+        self.is_far: bool = not all(map(is_loopback_endpoint, connect))
         self._config = ZenohConfig(
             mode="client", local_port=0, listen=(), connect=self._connect, scouting="none", config_file=config_file
         )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import imc
+from support.rotations import wrap
 
 EntityMessage = tuple[int, int]
 """Entity and message id."""
@@ -42,7 +43,7 @@ class FieldStatistics:
                 self.changed += not (math.isnan(logged) and math.isnan(said))
                 return
             if self.unit == "rad":
-                difference = math.remainder(difference, 2.0 * math.pi)
+                difference = wrap(difference)
             self._sum += difference
             self._squares += difference * difference
             self.largest = max(self.largest, abs(difference))

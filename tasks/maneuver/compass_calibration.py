@@ -7,6 +7,7 @@ import imc
 from autonomy.guidance import UnknownAltitudeError, YoYoMotion
 from autonomy.navigation import HardIronError, HardIronFit
 from runtime import param
+from support.rotations import wrap
 from tasks.maneuver.maneuver_task import VERTICAL, Loops, Maneuver, ManeuverError, PathEnd, PathFlags, PathState
 from tasks.maneuver.yo_yo_limits import YoYoLimits
 
@@ -23,7 +24,7 @@ class _Turns(NamedTuple):
     turned: float = 0.0
 
     def add(self, heading: float) -> "_Turns":
-        return _Turns(heading, self.turned + math.remainder(heading - self.heading, math.tau))
+        return _Turns(heading, self.turned + wrap(heading - self.heading))
 
 
 class CompassCalibration(Maneuver):

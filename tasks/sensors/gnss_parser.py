@@ -7,6 +7,7 @@ from typing import Any
 
 import imc
 from runtime.devices import line_size_function
+from support.rotations import wrap
 from support.text_length import list_first
 from support.wgs84 import is_on_earth
 
@@ -300,7 +301,7 @@ def _number(sentence: Any, name: str, factor: float = 1.0) -> float | None:
 
 
 def _course(degrees: float | None) -> float | None:
-    return None if degrees is None else math.remainder(math.radians(degrees), math.tau)
+    return None if degrees is None else wrap(math.radians(degrees))
 
 
 def fix_from_ubx(pvt: Any, dop: Any | None) -> imc.GpsFix:

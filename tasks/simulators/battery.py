@@ -1,12 +1,11 @@
 """Simulates the battery of the vehicle."""
 
 import math
-from bisect import bisect_right
-from collections.abc import Sequence
 from itertools import pairwise
 
 import imc
 from runtime import ParameterError, State, Task, consume, param, periodic
+from support.interpolation import interpolate
 from support.number_parsing import leading_numbers
 
 POWER_MODEL = "Power Model -- Conversion -"
@@ -96,7 +95,7 @@ class Battery(Task):
         """Draw the energy used since the last call."""
         elapsed, self._since = (self.now_ns - self._since) * 1e-9, self.now_ns
         power = self.hotel_load + math.fsum(self._propulsion(share) for share in self._actuations.values())
-        voltage = _interpolate(self._levels, self.voltage_curve, self._charge)
+        voltage = interpolate(self._charge, self._levels, self.voltage_curve)
         if self._charge <= 0.0:
             self._voltage = self._current = 0.0
             return
@@ -112,7 +111,7 @@ class Battery(Task):
 
     def _propulsion(self, share: float) -> float:
         rpm, highest = abs(share) * self.full_speed, self._rpm[-1]
-        power = _interpolate(self._rpm, self._watt, min(rpm, highest))
+        power = interpolate(min(rpm, highest), self._rpm, self._watt)
         power = power * (rpm / highest) ** 3 if rpm > highest else power
         return power / self.number_of_thrusters
 
@@ -126,11 +125,6 @@ class Battery(Task):
             self.set_entity_state(State.FAULT, "fuel is running low")
         else:
             self.set_entity_state(State.NORMAL, "active")
-
-
-def _interpolate(xs: Sequence[float], ys: Sequence[float], x: float) -> float:
-    i = min(max(bisect_right(xs, x), 1), len(xs) - 1)
-    return ys[i - 1] + (ys[i] - ys[i - 1]) * (x - xs[i - 1]) / (xs[i] - xs[i - 1])
 
 
 def _numbers(option: str, text: str) -> list[float]:

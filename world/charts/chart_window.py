@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from support.rotations import wrap
 from support.wgs84 import displace
 from support.wgs84_arrays import displacement
 from world.charts.coordinates import Coordinates
@@ -45,7 +46,7 @@ class ChartWindow(NamedTuple):
         side = [self.radius * (2.0 * index / EDGE - 1.0) for index in range(EDGE + 1)]
         ring = [(n, e) for n in side for e in side if self.radius in (abs(n), abs(e))]
         places = [displace(self.latitude, self.longitude, 0.0, n, e)[:2] for n, e in ring]
-        east = [math.remainder(lon - self.longitude, math.tau) + self.longitude for _, lon in places]
+        east = [wrap(lon - self.longitude) + self.longitude for _, lon in places]
         x, y = coordinates.from_degrees(np.degrees(east), np.degrees([lat for lat, _ in places]))
         turns = (-360.0, 0.0, 360.0) if coordinates.in_degrees else (0.0,)
         box = Box(float(x.min()), float(y.min()), float(x.max()), float(y.max()))

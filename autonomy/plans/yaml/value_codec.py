@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 import imc
+from support.float32 import shortest_float32
 from support.terminal_text import suggestion
 from support.units import UNITS, symbols_of, unit_suggestion
 from support.wgs84 import is_on_earth
@@ -111,7 +112,7 @@ def format_degrees(angle: float) -> str:
 def shortest_number(value: float, kind: str) -> int | float:
     """The shortest number that a field of type `kind` stores as `value`."""
     if kind == "fp32_t" and math.isfinite(value):
-        short = float(str(np.float32(value)))
+        short = shortest_float32(value)
         value = short if np.float32(short) == np.float32(value) else value
     return int(value) if float(value).is_integer() and abs(value) < 1e15 else value
 

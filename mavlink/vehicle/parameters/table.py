@@ -12,6 +12,7 @@ from mavlink import Flavor
 from mavlink.vehicle.interfaces import ParameterDeclaration, ParameterView
 from mavlink.vehicle.parameters.named_parameters import NamedParameter, NamedParameters
 from mavlink.vehicle.parameters.names import STANDARD, parameter_ids
+from support.float32 import shortest_float32
 
 INT32, REAL32 = 6, 9
 DOES_NOT_EXIST, OUT_OF_RANGE, PERMISSION_DENIED, TYPE_MISMATCH = 1, 2, 3, 7
@@ -112,11 +113,6 @@ class ParameterTable(NamedParameters[ParameterEntry]):
     def find_entity_parameter(self, label: str, parameter: str) -> ParameterEntry | None:
         """The entry of an entity's parameter."""
         return self._by_name.get((label, parameter))
-
-
-def shortest_float32(value: float) -> float:
-    """The shortest number with the same 32 bits: 0.1, not 0.10000000149."""
-    return float(str(np.float32(value)))
 
 
 def is_valid_mavlink_parameter(parameter: ParameterDeclaration, value: Any) -> bool:

@@ -14,6 +14,7 @@ from support.terminal_text import quoted
 
 if TYPE_CHECKING:
     from cryptography import x509
+    from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
 
 LABEL = r"[A-Za-z0-9_](?:[A-Za-z0-9_-]{0,61}[A-Za-z0-9])?"
 NAME = re.compile(rf"(?=.{{1,253}}$){LABEL}(?:\.{LABEL})*")
@@ -37,7 +38,7 @@ def make_certificate(folder: Path, names: Iterable[str]) -> str:
     Raises ValueError for a name that is none, OSError.
     """
     from cryptography import x509  # large, and not needed on the loopback address
-    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives import hashes
     from cryptography.hazmat.primitives.asymmetric import ec
     from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
@@ -70,12 +71,18 @@ def make_certificate(folder: Path, names: Iterable[str]) -> str:
         .add_extension(x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), critical=False)
         .sign(key, hashes.SHA256())
     )
-    private = key.private_bytes(
-        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    )
-    write_file(folder / KEY, private, PRIVATE)
-    write_file(folder / CERTIFICATE, made.public_bytes(serialization.Encoding.PEM), PUBLIC)
+    write_certificate(folder / CERTIFICATE, made, folder / KEY, key)
     return made.fingerprint(hashes.SHA256()).hex(":").upper()
+
+
+def write_certificate(
+    path: Path, certificate: "x509.Certificate", key_path: Path, key: "EllipticCurvePrivateKey"
+) -> None:
+    """Write a certificate, and its key, which only this user may read. Raises OSError."""
+    from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+
+    write_file(key_path, key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()), PRIVATE)
+    write_file(path, certificate.public_bytes(Encoding.PEM), PUBLIC)
 
 
 def certificate_names(path: Path) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from shoal.console.access.certificate import CLOCK_ERROR, LIFETIME, PRIVATE, PUBLIC
+from shoal.console.access.certificate import CLOCK_ERROR, LIFETIME, PRIVATE, write_certificate
 from shoal.console.access.users import Role, Users, UsersError
 from support.atomic_files import write_file
 
@@ -68,7 +68,7 @@ def make_client_certificate(folder: Path, name: str, role: Role, *, replaces: bo
 
 def _make_authority(folder: Path) -> "tuple[x509.Certificate, EllipticCurvePrivateKey]":
     from cryptography import x509
-    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives import hashes
     from cryptography.hazmat.primitives.asymmetric import ec
 
     key = ec.generate_private_key(ec.SECP256R1())
@@ -78,11 +78,7 @@ def _make_authority(folder: Path) -> "tuple[x509.Certificate, EllipticCurvePriva
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .sign(key, hashes.SHA256())
     )
-    private = key.private_bytes(
-        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    )
-    write_file(folder / AUTHORITY_KEY, private, PRIVATE)
-    write_file(folder / AUTHORITY, made.public_bytes(serialization.Encoding.PEM), PUBLIC)
+    write_certificate(folder / AUTHORITY, made, folder / AUTHORITY_KEY, key)
     return made, key
 
 

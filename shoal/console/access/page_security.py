@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ipaddress import IPv4Address, ip_address
 from pathlib import Path
 
-from runtime.network_interfaces import is_loopback_address
+from runtime.network_interfaces import is_loopback_address, is_loopback_host
 from shoal.console.access.certificate import CERTIFICATE, KEY, certificate_names, own_names
 from shoal.console.access.client_certificate import AUTHORITY
 from shoal.console.access.users import Users, UsersError
@@ -91,11 +91,7 @@ def read_page_security(address: str, folder: Path) -> PageSecurity:
 
 def _missing_address(address: str, names: Collection[str], command: str) -> str:
     """Name the addresses of the page that its certificate lacks, whose requests are rejected; empty if it names one."""
-    own = [address] if ip_address(address) != ANY else [name for name in own_names() if not _is_loopback(name)]
+    own = [address] if ip_address(address) != ANY else [name for name in own_names() if not is_loopback_host(name)]
     if any(name in names for name in own):
         return ""
     return f"the certificate of the page names none of {', '.join(own)}: browsers do not reach it there: {command}"
-
-
-def _is_loopback(name: str) -> bool:
-    return name in (LOOPBACK, "localhost")

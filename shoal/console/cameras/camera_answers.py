@@ -6,7 +6,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 from shoal.console.cameras.live_pictures import LivePictures
-from shoal.console.json_request import Answer, json_response
+from shoal.console.json_request import Answer, json_response, refusal_response
 from shoal.console.page_part import PagePart
 from shoal.network import Network, NetworkSystem
 from support.number_parsing import natural_number
@@ -25,7 +25,7 @@ class CameraAnswers(PagePart):
     async def _cameras(self, request: Request) -> Response:
         system = self._system(request)
         if system is None:
-            return json_response({"ok": False, "text": "there is no such vehicle", "cameras": []})
+            return refusal_response("there is no such vehicle", cameras=[])
         found = await self._pictures.describe(system, request.query_params.get("live", ""))
         return json_response({"ok": True, **found})
 

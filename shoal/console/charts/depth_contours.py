@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from runtime.profile import load_profile
-from shoal.console.json_request import Answer, json_response
+from shoal.console.json_request import Answer, json_response, refusal_response
 from shoal.console.page_part import PagePart
 from shoal.console.plans.plan_flights import PROFILE_NAME
 from support.diagnostics import ProfileError
@@ -102,7 +102,7 @@ class ContourAnswers(PagePart):
         name = request.query_params.get("vehicle", "")
         profile = self._find_profile(name)
         if profile is None:
-            return json_response({"ok": False, "text": "there is no such vehicle", "lines": []})
+            return refusal_response("there is no such vehicle", lines=[])
         async with self._making:
             if name not in self._known:
                 if len(self._known) >= MOST_KNOWN:

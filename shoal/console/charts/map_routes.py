@@ -11,7 +11,7 @@ import imc
 from imc.coordinates import area_corners
 from shoal.console.charts.detections import Detections
 from shoal.console.charts.tiles import TileSets
-from shoal.console.json_request import Answer, json_response
+from shoal.console.json_request import Answer, json_response, refusal_response
 from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError
 from support.terminal_text import printable
@@ -69,14 +69,14 @@ class MapRoutes(PagePart):
         """`area`: corners (degrees), and the limits that are set; `text` is the reason where unknown."""
         system = self._network.systems.get(request.query_params.get("vehicle", ""))
         if system is None or not system.is_vehicle:
-            return json_response({"ok": False, "text": "there is no such vehicle"})
+            return refusal_response("there is no such vehicle")
         limits = system.latest_message(imc.OperationalLimits)
         if not self._plays_log:
             try:
                 vehicle = AsyncRemoteVehicle(self._network, system)
                 limits = await vehicle.request(imc.GetOperationalLimits(), imc.OperationalLimits, timeout=PATIENCE)
             except NetworkError as error:
-                return json_response({"ok": False, "text": printable(str(error))})
+                return refusal_response(error)
         found = {} if limits is None else limits_view(limits)
         return json_response({"ok": True, **found, "text": limits_text(found)})
 

@@ -1,7 +1,6 @@
 """All messages of the network for viewers of Foxglove's protocol, encoded once, and only if somebody has subscribed."""
 
 import asyncio
-import math
 import secrets
 import time
 from collections import Counter, defaultdict
@@ -12,13 +11,14 @@ from typing import NamedTuple, Protocol
 
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY
+from runtime.kernel import nanoseconds
 from runtime.logs import label_text
 from shoal.console.cameras.camera_picture import CameraPicture
 from shoal.console.cameras.detection_marks import Mark, RecentDetections
 from shoal.console.cameras.live_pictures import LIVE_RATE, PictureSubscription
 from shoal.console.foxglove import protocol
 from shoal.console.foxglove.camera_topics import camera_topics
-from shoal.console.foxglove.playback import Playback, PlaybackState, nanoseconds, playback_state
+from shoal.console.foxglove.playback import Playback, PlaybackState, playback_state, playback_time
 from shoal.logs.export import CdrError, MessageTopic, MessageTopics, TopicChannels
 from shoal.network import MessageListener, Network, NetworkSystem
 
@@ -176,7 +176,7 @@ class LiveFeed:
                             viewer.on_channels(batch)
                 self._ask_for_pictures()
                 if (state := self.playback_state) is not None:
-                    self._time = max(self._time, nanoseconds(self.playback.now if self.playback else 0.0))
+                    self._time = max(self._time, playback_time(self.playback.now if self.playback else 0.0))
                     for viewer in self._viewers:
                         viewer.on_playback(state)
                 if self._time and time.monotonic() - sent >= TIME_PERIOD:
@@ -272,9 +272,7 @@ class LiveFeed:
     def _time_of(self, message: imc.Message) -> int:
         """Time stamp of a message in ns; now if it is no time."""
         stamp = message.timestamp
-        seconds = stamp if 0.0 <= stamp < LATEST else self._clock()
-        whole = math.floor(seconds)
-        return whole * BILLION + round((seconds - whole) * 1e9)
+        return nanoseconds(stamp if 0.0 <= stamp < LATEST else self._clock())
 
 
 def _batches(channels: Iterable[protocol.Json]) -> Iterable[list[protocol.Json]]:

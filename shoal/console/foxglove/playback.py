@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, Protocol
 
+from runtime.kernel import nanoseconds
 from shoal.console.foxglove.protocol import PlaybackRequest, PlaybackStatus
 
 BILLION = 1_000_000_000
@@ -57,6 +58,6 @@ def control_words(request: PlaybackRequest, playback: Playback) -> Mapping[str, 
     return words
 
 
-def nanoseconds(time: float) -> int:
+def playback_time(time: float) -> int:
     """A time (s since 1970 UTC) in ns; 0 for one that the protocol does not have."""
-    return round(time * 1e9) if 0.0 <= time < float(1 << 33) else 0
+    return nanoseconds(time) if 0.0 <= time < float(1 << 33) else 0

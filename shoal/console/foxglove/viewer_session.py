@@ -11,11 +11,12 @@ from shoal.console.foxglove import protocol
 from shoal.console.foxglove.connection_graph import Graph, consumed_messages, published_topics, task_names
 from shoal.console.foxglove.live_feed import LiveFeed
 from shoal.console.foxglove.parameters import ParameterAccess, values_of
-from shoal.console.foxglove.playback import Playback, PlaybackState, control_words, nanoseconds
+from shoal.console.foxglove.playback import Playback, PlaybackState, control_words, playback_time
 from shoal.console.foxglove.protocol import PlaybackRequest, ProtocolError, ServiceCall, StatusLevel
 from shoal.console.foxglove.vehicle_services import VehicleServices, call_answer, call_words
 from shoal.console.foxglove.viewer_queue import ViewerQueue
 from shoal.console.vehicle_orders import OrderError, carry_out
+from shoal.console.vehicle_view import changed_items
 from shoal.network import AsyncRemoteVehicle, NetworkError, NetworkSystem
 from support.terminal_text import printable
 
@@ -84,7 +85,7 @@ class ViewerSession:
         """Send what a viewer gets first, and feed it; returns what feeds it, and raises if that fails."""
         capabilities = [*WATCHING, *(["services"] if self._may_operate else [])]
         playback = self._feed.playback if self._may_operate else None
-        span = None if playback is None else (nanoseconds(playback.start), nanoseconds(playback.end))
+        span = None if playback is None else (playback_time(playback.start), playback_time(playback.end))
         capabilities += ["playbackControl"] if span is not None else []
         role = {"role": "operate" if self._may_operate else "watch"}
         self.queue.put_answer(protocol.server_info(NAME, capabilities, self._feed.session, role, span))
@@ -233,7 +234,7 @@ class ViewerSession:
     def _send_playback(self, state: PlaybackState, request: str, *, did_seek: bool) -> None:
         self._playback = state
         playback = self._feed.playback
-        now = 0 if playback is None else nanoseconds(playback.now)
+        now = 0 if playback is None else playback_time(playback.now)
         self.queue.put_answer(protocol.playback_state_data(state.status, now, state.speed, request, did_seek=did_seek))
 
     def _call(self, call: ServiceCall) -> None:
@@ -279,7 +280,7 @@ class ViewerSession:
         services = {each.name: frozenset((each.system,)) for each in self._services.by_number.values()}
         offered: Graph = services if self._may_operate else {}
         now, before = (published, consumed, offered), self._graph
-        changed = [_changes(old, new) for old, new in zip(before, now, strict=True)]
+        changed = [changed_items(old, new) for old, new in zip(before, now, strict=True)]
         removed = (before[0].keys() | before[1].keys()) - published.keys() - consumed.keys()
         if any(changed) or removed:
             self._graph = now
@@ -287,7 +288,3 @@ class ViewerSession:
 
     def _report(self, text: str) -> None:
         self.queue.put_answer(protocol.status(StatusLevel.ERROR, printable(text)[:LONGEST]))
-
-
-def _changes(before: Graph, now: Graph) -> Graph:
-    return {name: who for name, who in now.items() if before.get(name) != who}

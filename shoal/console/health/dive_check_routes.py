@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 import imc
 from shoal.console.health.dive_checks import KINDS, DiveChecks, PlanChoice
-from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.json_request import Answer, json_object, json_response, refusal_response
 from shoal.console.page_part import PagePart
 from shoal.network import AsyncRemoteVehicle, Network, NetworkError, NetworkSystem
 from support.terminal_text import printable
@@ -46,7 +46,7 @@ class DiveCheckRoutes(PagePart):
         name, plan_name = (str(words.get(word, "")) for word in ("vehicle", "plan"))
         system = self._network.systems.get(name)
         if system is None or not system.is_vehicle:
-            return json_response({"ok": False, "text": "there is no such vehicle"})
+            return refusal_response("there is no such vehicle")
         plan = PlanChoice()
         with self._network.subscribe(system, KINDS):
             if self._is_live and system.id is not None and system.is_there:

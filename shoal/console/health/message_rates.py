@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 import imc
 from runtime.logs import LogSummary, summarize, type_name
-from shoal.console.json_request import Answer, json_response
+from shoal.console.json_request import Answer, json_response, refusal_response
 from shoal.console.logs.log_link import LogLink
 from shoal.console.page_part import PagePart
 from shoal.network import Network
@@ -106,7 +106,7 @@ class RateRoutes(PagePart):
             self._task = asyncio.create_task(self._look())
         system = self._network.systems.get(request.query_params.get("vehicle", ""))
         if system is None:
-            return json_response({"ok": False, "text": "there is no such vehicle"})
+            return refusal_response("there is no such vehicle")
         if len(self._looks) < 2:
             return json_response({"ok": True, "rows": [], "seconds": 0})
         (began, before), (ended, now) = self._looks[0], self._looks[-1]
@@ -144,7 +144,7 @@ class RateRoutes(PagePart):
             summary = await asyncio.shield(self._summary)
         except (OSError, ValueError) as error:
             self._summary = None
-            return json_response({"ok": False, "text": printable(f"the log cannot be read: {error}")})
+            return refusal_response(f"the log cannot be read: {error}")
         rows: list[list[object]] = []
         for (kind, source, entity), found in summary.tallies.items():
             if player.system_name(source) == name:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from imc.lsf import SUFFIXES, find_log
+from imc.lsf import find_log, log_file_names
 from runtime.logs import SystemNames
 from shoal.logs.inspect import LogOverview, log_overview
 from support.file_errors import describe_os_error
@@ -116,9 +116,7 @@ class LogLibrary:
             if number >= MOST_FOLDERS:
                 break
             folders.sort(reverse=True)
-            preferred = next((f"Data{suffix}" for suffix in SUFFIXES if f"Data{suffix}" in files), None)
-            names = [preferred] if preferred else sorted(name for name in files if name.endswith(SUFFIXES))
-            found += [Path(place, name) for name in names]
+            found += [Path(place, name) for name in log_file_names(files)]
         if errors and not found:
             raise LogLibraryError(printable(describe_os_error(errors[0])))
         return sorted(found, key=lambda path: path.parent.parts[-2:], reverse=True)[:MOST_LOGS]

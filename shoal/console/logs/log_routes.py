@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
-from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.json_request import Answer, json_object, json_response, refusal_response
 from shoal.console.logs.log_library import LogDownload, LogLibrary, LogLibraryError
 from shoal.console.owned_job import OwnedJob
 from shoal.console.page_job import PageJobError
@@ -81,7 +81,7 @@ class LogRoutes(PagePart):
             try:
                 logs = await asyncio.to_thread(self._library.rows)
             except LogLibraryError as error:
-                return _refusal(error)
+                return refusal_response(error)
         return json_response({"ok": True, "logs": logs})
 
     async def _file(self, request: Request) -> Response:
@@ -106,11 +106,13 @@ class LogRoutes(PagePart):
             async with asyncio.timeout(LONGEST):
                 found = await self._worker.run(request.state.user, {"log": str(path)})
         except (LogLibraryError, PageJobError) as error:
-            return _refusal(error)
+            return refusal_response(error)
         except TimeoutError:
-            return _refusal(f"the report was not finished within {LONGEST:.0f} s: `shoal log report` has no limit")
+            return refusal_response(
+                f"the report was not finished within {LONGEST:.0f} s: `shoal log report` has no limit"
+            )
         if not found["ok"]:
-            return _refusal(str(found["text"]).replace(str(path), name))
+            return refusal_response(str(found["text"]).replace(str(path), name))
         self._reports.pop(key, None)
         self._reports[key] = str(found["page"]).encode(errors="replace")
         while len(self._reports) > MOST_REPORTS:
@@ -119,7 +121,7 @@ class LogRoutes(PagePart):
 
     async def _cancel(self, request: Request) -> Response:
         refusal = self._worker.cancel(request.state.user)
-        return _refusal(refusal) if refusal else json_response({"ok": True, "text": "cancelled"})
+        return refusal_response(refusal) if refusal else json_response({"ok": True, "text": "cancelled"})
 
     async def _report(self, request: Request) -> Response:
         page = self._reports.get(request.query_params.get("log", ""))
@@ -130,7 +132,3 @@ class LogRoutes(PagePart):
             name = quote(f"{self._library.name(request.query_params['log']).replace('/', '_')}.html", errors="replace")
             headers["Content-Disposition"] = f"inline; filename*=UTF-8''{name}"
         return Response(page, media_type="text/html", headers=headers)
-
-
-def _refusal(reason: object) -> Response:
-    return json_response({"ok": False, "text": printable(str(reason))})

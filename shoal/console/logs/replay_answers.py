@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 import imc
-from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.json_request import Answer, json_object, json_response, refusal_response
 from shoal.console.logs.log_link import LogLink
 from shoal.console.owned_job import OwnedJob
 from shoal.console.page_job import PageJobError
@@ -42,7 +42,7 @@ class ReplayAnswers(PagePart):
         try:
             await self._player.control(await json_object(request))
         except ValueError as error:
-            return _refusal(error)
+            return refusal_response(error)
         return json_response({"ok": True, **self._player.describe()})
 
     async def _series(self, request: Request) -> Response:
@@ -52,7 +52,7 @@ class ReplayAnswers(PagePart):
             try:
                 times, values = await asyncio.to_thread(self._read_series, path)
             except (KeyError, ValueError, OSError) as error:
-                return _refusal(f"{path} is not in this log: {error}")
+                return refusal_response(f"{path} is not in this log: {error}")
         return json_response({"ok": True, "times": times, "values": values})
 
     def _read_series(self, path: str) -> tuple[list[float], list[float | None]]:
@@ -78,9 +78,9 @@ class ReplayAnswers(PagePart):
         change, seconds = words.get("change"), words.get("seconds", RESUMED)
         position = words.get("position", self._player.position)
         if not isinstance(position, int | float) or not isinstance(seconds, int | float):
-            return _refusal("position and seconds are numbers")
+            return refusal_response("position and seconds are numbers")
         if not (0.0 <= position <= self._player.states.duration and 0.0 < seconds <= LONGEST):
-            return _refusal(f"position is within the log, and seconds at most {LONGEST:.0f}")
+            return refusal_response(f"position is within the log, and seconds at most {LONGEST:.0f}")
         job: dict[str, Any] = {
             "log": str(self._player.logs[-1]),
             "time": self._player.states.start + position,
@@ -91,9 +91,5 @@ class ReplayAnswers(PagePart):
         try:
             found = await self._worker.run(request.state.user, job)
         except PageJobError as error:
-            return _refusal(error)
+            return refusal_response(error)
         return json_response({**found, "text": printable(str(found["text"]))})
-
-
-def _refusal(reason: object) -> Response:
-    return json_response({"ok": False, "text": printable(str(reason))})

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from starlette.requests import Request
 from starlette.responses import Response
 
-from shoal.console.json_request import json_response
+from shoal.console.json_request import json_response, refusal_response
 from shoal.console.parameters.parameter_changes import ParameterChanges
 from shoal.console.parameters.profile_settings import ParameterSetting, ProfileSettings
 from shoal.console.vehicle_orders import carry_out
-from shoal.network import AsyncRemoteVehicle, NetworkError, ParameterDescription, describe_parameters
+from shoal.network import AsyncRemoteVehicle, NetworkError, ParameterDescription, describe_parameters, is_same_value
 from support.terminal_text import printable
 
 Finder = Callable[[object], AsyncRemoteVehicle]
@@ -39,7 +39,7 @@ class ParameterRoutes:
                 return json_response({"ok": True, "entities": sorted(await vehicle.param.entity_ids())})
             return json_response({"ok": True, "values": await vehicle.param.get(entity)})
         except NetworkError as error:
-            return _refusal(error)
+            return refusal_response(error)
 
     async def details(self, request: Request) -> Response:
         """All that is known of the parameters of an entity, and the latest changes of those of the vehicle."""
@@ -48,7 +48,7 @@ class ParameterRoutes:
             vehicle = self._vehicle(request.query_params.get("vehicle"))
             found = (await describe_parameters(vehicle, [entity])).get(entity, {})
         except NetworkError as error:
-            return _refusal(error)
+            return refusal_response(error)
         settings = self._settings
         here: Mapping[str, ParameterSetting] = {}
         saved: Mapping[str, str] = {}
@@ -120,20 +120,3 @@ def _origin(setting: ParameterSetting, saved: str | None, *, differs: bool) -> l
     if saved is not None:
         lines.append((f"saved for the next start: {saved}", ""))
     return [(printable(text), kind) for text, kind in lines]
-
-
-def is_same_value(text: str, other: str) -> bool:
-    """Whether two texts are the same value, such as `2, 3` and `2.0, 3.0`."""
-    words, others = ([word.strip() for word in each.split(",")] for each in (text, other))
-    return len(words) == len(others) and all(map(_is_same_word, words, others))
-
-
-def _is_same_word(word: str, other: str) -> bool:
-    try:
-        return word == other or float(word) == float(other)
-    except ValueError:
-        return False
-
-
-def _refusal(error: Exception) -> Response:
-    return json_response({"ok": False, "text": printable(str(error))})

@@ -14,7 +14,7 @@ from starlette.responses import Response
 import imc
 from autonomy.plans import remaining_plan_at
 from shoal.console.access.users import User
-from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.json_request import Answer, json_object, json_response, refusal_response
 from shoal.console.owned_job import may_end
 from shoal.console.page_job import PageJob, PageJobError
 from shoal.console.page_part import PagePart
@@ -116,15 +116,15 @@ class ForecastRoutes(PagePart):
         name, horizon, spread = words.get("vehicle"), words.get("horizon", 300.0), words.get("current", 0.2)
         system = self._network.systems.get(name) if isinstance(name, str) else None
         if not self._is_allowed:
-            return _refusal(OFF)
+            return refusal_response(OFF)
         if system is None or not system.is_vehicle:
-            return _refusal("there is no such vehicle")
+            return refusal_response("there is no such vehicle")
         if not _is_number(horizon, SHORTEST, LONGEST):
-            return _refusal(f"the horizon is a number from {SHORTEST:g} to {LONGEST:g} s")
+            return refusal_response(f"the horizon is a number from {SHORTEST:g} to {LONGEST:g} s")
         if not _is_number(spread, 0.0, FASTEST_CURRENT):
-            return _refusal(f"the current is a number from 0 to {FASTEST_CURRENT:g} m/s")
+            return refusal_response(f"the current is a number from 0 to {FASTEST_CURRENT:g} m/s")
         if self._settings is None and not PROFILE_NAME.fullmatch(system.name):
-            return _refusal(f"{printable(system.name)} is no name of a profile")
+            return refusal_response(f"{printable(system.name)} is no name of a profile")
         wanted = system.name, float(horizon), float(spread)
         user = request.state.user
         async with self._starting:
@@ -132,7 +132,7 @@ class ForecastRoutes(PagePart):
                 owner = self._owner
                 if self._loop is not None and owner is not None and not may_end(user, owner):
                     text = f"{owner.name} has another forecast made, of {printable(self._wanted[0])}"
-                    return _refusal(f"{text}: wait until nobody looks at it")
+                    return refusal_response(f"{text}: wait until nobody looks at it")
                 await self._end()
                 self._owner = user
                 self._wanted, self._asked, self._trouble = wanted, time.monotonic(), ""
@@ -277,7 +277,3 @@ def _finite(number: float) -> float:
 
 def _is_number(value: object, least: float, most: float) -> TypeGuard[float]:
     return not isinstance(value, bool) and isinstance(value, int | float) and least <= value <= most
-
-
-def _refusal(text: str) -> Response:
-    return json_response({"ok": False, "text": text})

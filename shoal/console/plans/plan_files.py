@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 import imc
 from mavlink.missions import ConversionContext
-from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.json_request import Answer, json_object, json_response, refusal_response
 from shoal.console.page_part import PagePart
 from shoal.console.plans.drawn_plan import drawn_plan_text
 from shoal.console.plans.plan_path import plan_path
@@ -50,22 +50,22 @@ class PlanFiles(PagePart):
         """A stored plan as YAML."""
         system = self._network.systems.get(request.query_params.get("vehicle", ""))
         if system is None or not system.is_vehicle:
-            return _refusal("there is no such vehicle")
+            return refusal_response("there is no such vehicle")
         try:
             plan = await AsyncRemoteVehicle(self._network, system).plan.get(request.query_params.get("plan", ""))
             return json_response({"ok": True, "text": await asyncio.to_thread(plan_text, plan)})
         except (NetworkError, *ERRORS) as error:
-            return _refusal(str(error))
+            return refusal_response(str(error))
 
     async def _import(self, request: Request) -> Response:
         """The plan in the text of a file with a name, as YAML, its path for the map, and remarks."""
         words = await json_object(request)
         name, text = words.get("name"), words.get("text")
         if not isinstance(name, str) or not isinstance(text, str) or len(text) > LONGEST_FILE:
-            return _refusal(f"a file has a name, and at most {LONGEST_FILE} characters")
+            return refusal_response(f"a file has a name, and at most {LONGEST_FILE} characters")
         suffix = Path(name).suffix.lower()
         if suffix not in PLAN_SUFFIXES:
-            return _refusal(f"{name}: files of plans end in {', '.join(PLAN_SUFFIXES)}")
+            return refusal_response(f"{name}: files of plans end in {', '.join(PLAN_SUFFIXES)}")
         return await self._answer(_read_file, file_name_of(name), text, self._context(words.get("vehicle")))
 
     async def _export(self, request: Request) -> Response:
@@ -73,9 +73,9 @@ class PlanFiles(PagePart):
         words = await json_object(request)
         text, suffix = words.get("text"), words.get("suffix")
         if not isinstance(text, str) or len(text) > LONGEST_PLAN or not isinstance(suffix, str):
-            return _refusal(f"a plan as text has at most {LONGEST_PLAN} characters")
+            return refusal_response(f"a plan as text has at most {LONGEST_PLAN} characters")
         if suffix not in PLAN_SUFFIXES:
-            return _refusal(f"files of plans end in {', '.join(PLAN_SUFFIXES)}")
+            return refusal_response(f"files of plans end in {', '.join(PLAN_SUFFIXES)}")
         return await self._answer(_write_file, suffix, text, self._context(words.get("vehicle")))
 
     async def _draw(self, request: Request) -> Response:
@@ -88,7 +88,7 @@ class PlanFiles(PagePart):
             async with self._working:
                 return json_response({"ok": True, **await asyncio.to_thread(work, *given)})
         except ERRORS as error:
-            return _refusal(str(error))
+            return refusal_response(str(error))
 
     def _context(self, name: object) -> ConversionContext | None:
         """The kind of vehicle for which missions are converted; None if it has not announced itself."""
@@ -119,7 +119,3 @@ def _write_file(suffix: str, text: str, context: ConversionContext | None) -> di
     found = plan_file_text(plan, Path(name), context)
     missing = [f"without {', '.join(found.missing)}"] if found.missing else []
     return {"name": name, "text": found.text, "remarks": list(map(printable, [*found.remarks, *missing]))}
-
-
-def _refusal(text: str) -> Response:
-    return json_response({"ok": False, "text": printable(text)})

@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 import imc
-from shoal.console.json_request import Answer, json_object, json_response
+from shoal.console.json_request import Answer, json_object, json_response, refusal_response
 from shoal.console.owned_job import OwnedJob
 from shoal.console.page_job import PageJobError
 from shoal.console.page_part import PagePart
@@ -74,5 +74,4 @@ class PlanFlights(PagePart):
 
 
 def _refusal(text: str) -> Response:
-    answer: dict[str, Any] = {"ok": False, "text": text, "rows": []}
-    return json_response(answer)
+    return refusal_response(text, rows=[])

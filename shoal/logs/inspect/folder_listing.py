@@ -15,7 +15,7 @@ import numpy as np
 import imc
 from imc.discovery import displayable_name
 from imc.layout import SYNC
-from imc.lsf import COMPRESSIONS, SUFFIXES, Batch, Compression, DamageList, scan
+from imc.lsf import COMPRESSIONS, Batch, Compression, DamageList, log_file_names, scan
 from runtime.logs import Array, SystemNames, packet_headers, without_outliers
 
 TAIL = 1 << 19  # bytes
@@ -42,9 +42,7 @@ def logs_below(folder: Path) -> list[LogOverview]:
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         folders.sort()
-        preferred = next((f"Data{suffix}" for suffix in SUFFIXES if f"Data{suffix}" in files), None)
-        names = [preferred] if preferred else sorted(name for name in files if name.endswith(SUFFIXES))
-        found += [Path(place, name) for name in names]
+        found += [Path(place, name) for name in log_file_names(files)]
     names = SystemNames()
     return [log_overview(path, names) for path in sorted(found)]
 

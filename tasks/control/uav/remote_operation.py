@@ -8,6 +8,7 @@ from autonomy.control import AXES, RemoteActionsReader
 from runtime import consume, param
 from support.number_parsing import clamp_magnitude
 from support.planar_geometry import along_and_across
+from support.rotations import wrap
 from tasks.control.remote_operation_task import Loops, RemoteActionsTask
 
 REACTION = 0.5  # s of speed until a released stick brakes
@@ -96,12 +97,12 @@ class RemoteOperation(RemoteActionsTask):
         turn = operator.axis("Heading") * math.radians(self.maximum_heading_rate)
         if turn:
             before = state.psi if self._heading is None else self._heading
-            lead = math.remainder(before + turn / self.execution_frequency - state.psi, math.tau)
+            lead = wrap(before + turn / self.execution_frequency - state.psi)
             self._heading = state.psi + clamp_magnitude(lead, LARGEST_LEAD)
             self._turns = True
         elif self._turns or self._heading is None:
             self._heading, self._turns = state.psi, False
-        return math.remainder(self._heading, math.tau)
+        return wrap(self._heading)
 
     def _braking_time(self, speed: float) -> float:
         """Time (s) at the present speed (m/s) to the place where the vehicle comes to rest."""

@@ -1,6 +1,5 @@
 """UDP sockets for packets and announcements, and the addresses of this computer."""
 
-import math
 import socket
 from collections.abc import Callable
 from ipaddress import IPv4Address
@@ -8,7 +7,7 @@ from typing import Any
 
 from imc.discovery import BROADCAST, LOOPBACK, MULTICAST, check_address
 from runtime import Task, param
-from runtime.kernel import Timer
+from runtime.kernel import Timer, real_time_scale
 from runtime.network_interfaces import EVERYWHERE, interfaces, is_loopback_address
 from runtime.task import ParameterError
 from runtime.udp_sockets import bind_udp_socket, join_multicast_group
@@ -40,8 +39,7 @@ def listen_address(task: Task, own: str) -> str:
 
 def network_time_scale(task: Task) -> float:
     """Seconds of a vehicle in one second of other systems."""
-    speed = task.vehicle.kernel.clock.speed
-    return speed if speed < math.inf else 1.0
+    return real_time_scale(task.vehicle.kernel.clock)
 
 
 def network_time(task: Task) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import imc
 from imc.reserved_ids import UNKNOWN_ENTITY
 from runtime import Frame, Task, consume
+from runtime.kernel import real_time_scale
 from support.pose import Pose
 from tasks.vision.cameras.camera_metadata import describe_camera
 from world.optics import CameraModel
@@ -67,14 +68,8 @@ class TransmittingCameraTask(Task):
             self._requests.add(request.fps, request.quality, self._real_time)
 
     @property
-    def _speed(self) -> float:
-        """Seconds of the vehicle in one of real time."""
-        speed = self.vehicle.kernel.clock.speed
-        return speed if speed < math.inf else 1.0
-
-    @property
     def _real_time(self) -> float:
-        return self.now / self._speed
+        return self.now / real_time_scale(self.vehicle.kernel.clock)
 
     def share(self, frame: Frame) -> None:
         """Share a frame, and send its picture if a console wants it now; one at a time."""

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from shoal.console.page_feed import encode
-from shoal.console.vehicle_view import ArrivalTimes, changed_sections, vehicle_view
+from shoal.console.vehicle_view import ArrivalTimes, changed_items, vehicle_view
 from shoal.network import NetworkSystem
 
 
@@ -97,4 +97,4 @@ def test_no_message_keeps_the_page_from_its_frames(message):
 def test_only_changed_sections_are_sent():
     before = view_of(imc.FuelLevel(value=50.0))
     after = view_of(imc.FuelLevel(value=49.0))
-    assert set(changed_sections(before, after)) == {"system"}
+    assert set(changed_items(before, after)) == {"system"}

@@ -8,9 +8,9 @@ import pytest
 from starlette.requests import Request
 
 from shoal.console.parameters.parameter_changes import MOST_CHANGES, ParameterChanges
-from shoal.console.parameters.parameter_routes import ParameterRoutes, is_same_value
+from shoal.console.parameters.parameter_routes import ParameterRoutes
 from shoal.console.vehicle_orders import OrderError
-from shoal.network import ParameterDescription, Refused
+from shoal.network import ParameterDescription, Refused, is_same_value
 
 
 class Parameters:
@@ -120,7 +120,14 @@ def test_the_page_says_where_descriptions_come_from(monkeypatch, source, words):
 
 @pytest.mark.parametrize(
     ("text", "other", "same"),
-    [("2, 3", "2.0,3.0", True), ("", "", True), ("2", "2, 3", False), ("", "0", False), ("a", "A", False)],
+    [
+        ("2, 3", "2.0,3.0", True),
+        ("", "", True),
+        ("2", "2, 3", False),
+        ("", "0", False),
+        ("Always", "always", True),
+        ("a", "b", False),
+    ],
 )
 def test_a_value_differs_from_the_file_by_what_it_is_and_not_by_its_digits(text, other, same):
     assert is_same_value(text, other) is same
