@@ -166,10 +166,7 @@ class Noisy(Fault):
 
 @dataclass(frozen=True)
 class Crash(Fault):
-    """The task raises SimulatedCrash, and restarts with back-off, as on a vehicle; until the end each start fails.
-
-    A task that waits for its restart does not run, so it cannot crash: its pause stays as it is.
-    """
+    """The task raises SimulatedCrash, and restarts with back-off, as on a vehicle; until the end each start fails."""
 
     momentary: ClassVar[bool] = True
 
@@ -180,8 +177,7 @@ class Crash(Fault):
         task = source.task
         source.crashes += 1
         vars(task)["start"] = _crash
-        if task.name in task.vehicle.running:
-            task.vehicle.kernel.after(0.0, _crash).owner = task
+        task.vehicle.kernel.after(0.0, _crash).owner = task
 
     def end(self, source: PublishInterceptor) -> None:
         source.crashes -= 1

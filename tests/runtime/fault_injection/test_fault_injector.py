@@ -203,21 +203,6 @@ def test_a_crash_that_lasts_lets_no_start_succeed():
     assert not {"publish", "start"} & vars(run.task).keys()
 
 
-def test_a_crash_of_a_task_that_waits_for_its_restart_leaves_the_pause_as_it_is():
-    faults = [Injection(Crash(), start=start) for start in (1.05, 1.35, 1.65)]
-    run = simulate(Sonde, seconds=4.0, faults=faults)
-    times = [message.timestamp - run.of(imc.Depth)[0].timestamp for message in run.of(imc.Depth)]
-    assert [t for t in times if 1.0 < t < 2.1] == pytest.approx([2.05])
-    assert not {"publish", "start"} & vars(run.task).keys()
-
-
-def test_a_crash_that_begins_in_a_pause_and_lasts_fails_the_start_after_it():
-    faults = [Injection(Crash(), start=1.05), Injection(Crash(), start=1.55, duration=1.0)]
-    run = simulate(Sonde, seconds=6.0, faults=faults)
-    times = [message.timestamp - run.of(imc.Depth)[0].timestamp for message in run.of(imc.Depth)]
-    assert [t for t in times if 1.0 < t < 4.1] == pytest.approx([4.05])
-
-
 def test_an_exception_that_no_fault_raised_ends_the_run():
     faults = [Injection(Crash(), start=0.5)]
     with pytest.raises(ValueError, match="a stone"):
