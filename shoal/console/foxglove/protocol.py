@@ -27,7 +27,14 @@ Json = dict[str, Any]
 
 
 class ProtocolError(ValueError):
-    """A frame that is not of the protocol, or asks for what is not offered; the text is for the viewer."""
+    """A frame that is not of the protocol, or asks for what is not offered; the text is for the viewer.
+
+    `playback_request` is the id of a request to a playback, if it has one that can be read.
+    """
+
+    def __init__(self, text: str, playback_request: str | None = None) -> None:
+        super().__init__(text)
+        self.playback_request = playback_request
 
 
 class StatusLevel(IntEnum):
@@ -168,9 +175,9 @@ def _parse_playback_request(data: bytes) -> PlaybackRequest:
     _, command, speed, has_seek, seek, length = _PLAYBACK_REQUEST.unpack_from(data)
     if length != len(data) - _PLAYBACK_REQUEST.size or length > LONGEST_NAME:
         raise ProtocolError("the id of a request to a playback has another length than its frame")
-    if command not in (PLAY, PAUSE) or not math.isfinite(speed) or speed < 0.0:
-        raise ProtocolError(f"no request to a playback: command {command} at speed {speed:g}")
     number = data[_PLAYBACK_REQUEST.size :].decode(errors="replace")
+    if command not in (PLAY, PAUSE) or not math.isfinite(speed) or speed < 0.0:
+        raise ProtocolError(f"no request to a playback: command {command} at speed {speed:g}", number)
     return PlaybackRequest(command == PLAY, speed, seek if has_seek else None, number)
 
 

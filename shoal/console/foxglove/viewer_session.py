@@ -121,6 +121,8 @@ class ViewerSession:
             self._bad += 1
             self._feed.counts["frames of viewers that were rejected"] += 1
             self._report(f"{error} (rejected frame {self._bad})")
+            if error.playback_request is not None and self._may_operate:
+                self._answer_playback(error.playback_request)
 
     def _carry_out(self, request: protocol.Request) -> None:
         match request:
@@ -219,17 +221,29 @@ class ViewerSession:
             raise ProtocolError("no log is played here")
         if not self._may_operate:
             raise ProtocolError("this viewer may watch only: the log was not moved")
-        self._do(self._control(request, playback))
+        try:
+            self._do(self._control(request, playback), partial(self._refuse_control, request.id))
+        except ProtocolError as error:
+            raise ProtocolError(str(error), request.id) from None
 
     async def _control(self, request: PlaybackRequest, playback: Playback) -> None:
         """Play, pause or move the log; the answer comes in any case, with the state as it is then."""
+        before = self._feed.playback_state
         try:
             await playback.control(control_words(request, playback))
         except ValueError as error:
             self._report(str(error))
+        self._answer_playback(request.id, before)
+
+    def _refuse_control(self, request: str, reason: str) -> None:
+        self._report(reason)
+        self._answer_playback(request)
+
+    def _answer_playback(self, request: str, before: PlaybackState | None = None) -> None:
+        """Send the present state with the id of a request, as the protocol wants it for each; `before` is its state."""
         state = self._feed.playback_state
         if state is not None:
-            self._send_playback(state, request.id, did_seek=request.seek is not None)
+            self._send_playback(state, request, did_seek=before is not None and before.jumps != state.jumps)
 
     def _send_playback(self, state: PlaybackState, request: str, *, did_seek: bool) -> None:
         self._playback = state

@@ -55,7 +55,8 @@ def test_a_viewer_moves_plays_and_pauses_the_log_of_the_page(page):
         viewer.until(lambda: viewer.playback[-1][0] == ENDED)
         assert viewer.playback[-1][1] == START + SECONDS
         viewer.until(lambda: depths(viewer)[-1] == SECONDS)
-        assert viewer.control("again", plays=True, speed=1.0)[0] == PLAYING  # from the start
+        again = viewer.control("again", plays=True, speed=1.0)  # from the start
+        assert (again[0], again[3]) == (PLAYING, True)
         assert viewer.control("stop", plays=False)[1] < START + 30.0
 
 
@@ -84,6 +85,24 @@ def test_who_may_watch_only_moves_nothing_and_a_wrong_request_is_answered(page):
         viewer.status("this viewer may watch only: the log was not moved")
         assert viewer.playback == []
     assert replay(page)["position"] == SECONDS
+
+
+@pytest.mark.parametrize("reason", ["speed", "command", "failed", "busy"])
+def test_each_request_is_answered_with_its_id_and_the_present_state(page, monkeypatch, reason):
+    async def fail(player, words):
+        raise RuntimeError("no memory")
+
+    if reason == "failed":
+        monkeypatch.setattr(LogLink, "control", fail)
+    if reason == "busy":
+        monkeypatch.setattr("shoal.console.foxglove.viewer_session.MOST_AT_WORK", 0)
+    speed, command = {"speed": (-1.0, 0), "command": (1.0, 9)}.get(reason, (1.0, 0))
+    with Viewer(page.server.foxglove_link(operate=True)) as viewer:
+        viewer.until(lambda: viewer.playback)
+        viewer.connection.send(struct.pack("<BBfBQI", 3, command, speed, 1, round((START + 5.0) * 1e9), 2) + b"id")
+        viewer.status({"failed": "no memory", "busy": "are waiting"}.get(reason, reason))
+        viewer.until(lambda: viewer.playback[-1][-1] == "id")
+    assert viewer.playback[-1] == (PAUSED, START, 1.0, False, "id")
 
 
 def test_where_no_log_is_played_a_request_is_rejected():
