@@ -12,6 +12,7 @@ from support.regular_files import check_regular_file, open_regular_file
 
 ReadTile = Callable[[int, int, int], bytes | None]  # zoom, column, row from the north
 MOST_TILE = 4 << 20  # bytes
+MOST_REASONS = 100
 DEEPEST = 24  # zoom level
 KINDS = {
     b"\x89PNG\r\n\x1a\n": "image/png",
@@ -24,18 +25,19 @@ KINDS = {
 class TileSets:
     """The tile files of a folder, by their names without suffix, and its overlays, which are read later.
 
-    zooms: the least and the largest zoom level of each. troubles: a sentence for each file that cannot be read.
+    zooms: the least and the largest zoom level of each.
     """
 
     def __init__(self, folder: Path | None) -> None:
         self.overlays: OverlayFiles = OverlayFiles(folder)
-        self.troubles: list[str] = []
+        self._unusable: list[str] = []
+        self._unread: dict[tuple[str, str], int] = {}  # file and reason: number of requests
         self.zooms: dict[str, tuple[int, int]] = {}
         self._sets: dict[str, ReadTile] = {}
         try:
             paths = sorted(folder.iterdir()) if folder is not None else []
         except OSError as error:
-            self.troubles.append(f"no map tiles: {describe_os_error(error)}")
+            self._unusable.append(f"no map tiles: {describe_os_error(error)}")
             return
         for path in paths:
             if path.suffix not in (".mbtiles", ".pmtiles"):
@@ -44,9 +46,17 @@ class TileSets:
                 opened = _open_mbtiles(path) if path.suffix == ".mbtiles" else _open_pmtiles(path)
                 self._sets[path.stem], self.zooms[path.stem] = opened
             except OSError as error:
-                self.troubles.append(describe_os_error(error, path))
-            except Exception as error:  # PMTiles' reader raises whatever a wrong byte leads to
-                self.troubles.append(f"{path}: {error or type(error).__name__}")
+                self._unusable.append(describe_os_error(error, path))
+            except sqlite3.Error as error:
+                self._unusable.append(f"{path}: {error}")
+            except Exception:  # PMTiles' reader raises whatever a wrong byte leads to
+                self._unusable.append(f"{path}: is no {path.suffix} file with tiles, or is damaged")
+
+    @property
+    def troubles(self) -> list[str]:
+        """A sentence for each file that cannot be read, and for each reason for which tiles of a file cannot."""
+        unread = [f"{name}: {count} times no tile could be read: {why}" for (name, why), count in self._unread.items()]
+        return self._unusable + unread
 
     def tile(self, name: str, zoom: int, column: int, row: int) -> tuple[bytes, str] | None:
         """A tile and its media type, rows from the north; None if there is none, or it is no picture."""
@@ -56,9 +66,9 @@ class TileSets:
         try:
             data = read(zoom, column, row)
         except Exception as error:  # as above
-            trouble = f"{name}: {type(error).__name__}: {error}"
-            if trouble not in self.troubles and len(self.troubles) < 100:
-                self.troubles.append(trouble)
+            trouble = name, str(error) if isinstance(error, sqlite3.Error) else "the file is damaged"
+            if trouble in self._unread or len(self._unread) < MOST_REASONS:
+                self._unread[trouble] = self._unread.get(trouble, 0) + 1
             return None
         kind = next((kind for start, kind in KINDS.items() if data and data.startswith(start)), None)
         return None if not data or kind is None or len(data) > MOST_TILE else (data, kind)

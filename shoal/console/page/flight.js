@@ -38,7 +38,7 @@ function drawPlots(rows) {
 
 start.onclick = async () => {
   const vehicle = store.chosen, text = page.planText.value;
-  if (!text.trim()) { say("draw a plan first, or write one", "warn"); return; }
+  if (!text.trim()) return say("draw a plan first, or write one", "warn");
   clear();
   write(page.flyResult, "simulating");
   const answer = await postJob("flight", { vehicle, text, profile: profile.value || vehicle }, start, page.flyRunning);

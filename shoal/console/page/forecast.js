@@ -47,7 +47,7 @@ async function look() {
 // It ends by itself when no page asks for it.
 toggle.onclick = async () => {
   const vehicle = store.chosen;
-  if (isOn) { turn(false); return; }
+  if (isOn) return turn(false);
   if (!isChosen()) return;
   turn(true, "simulating: it takes some seconds");
   const horizon = Number(page.forecastHorizon.value), current = Number(page.forecastCurrent.value);

@@ -11,7 +11,7 @@ const tell = (text, kind) => write(page.logsNote, text, kind);
 async function refresh() {
   tell("reading");
   const answer = await ask("logs", {}, PATIENCE);
-  if (!answer.ok) { tell(answer.text, "bad"); return; }
+  if (!answer.ok) return tell(answer.text, "bad");
   ({ logs } = answer);
   tell(`${logs.length} log${logs.length === 1 ? "" : "s"}, the newest first`);
   drawList();
@@ -35,9 +35,9 @@ function line(log) {
 
 // Browsers open another page only while they handle a press: hence the link.
 async function makeReport({ key, name }, pressed) {
-  tell(`drawing ${name}`);
+  tell(`making the report of ${name}`);
   const answer = await postJob("log-report-make", { log: key }, pressed, cancel);
-  if (!answer.ok) { tell(`${name}: ${answer.text}`, "bad"); return; }
+  if (!answer.ok) return tell(`${name}: ${answer.text}`, "bad");
   drawn.add(key);
   tell("", "good");
   page.logsNote.append(reportLink(key, `Open the report of ${name}`));

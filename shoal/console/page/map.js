@@ -1,5 +1,5 @@
 // On the map: vehicles with heading and uncertainty, tracks colored by depth, plans, tiles.
-import { ask, isOld, make, makeAsk, page, placeOf, store, untilDone, write } from "./page.js";
+import { ask, isOld, make, makeAsk, page, placeOf, repeat, store, untilDone, write } from "./page.js";
 import { DEEPEST, L, makeLayer, map } from "./map_layer.js";
 
 const DEPTHS = ["#2b8cbe", "#2ca25f", "#d9a400", "#e6550d", "#a50f15"]; // each 10 m deeper
@@ -12,7 +12,7 @@ const GRATICULE = [10, 1, 0.1, 0.01, 0.001].flatMap((each) => [each, each / 2, e
 const grid = makeLayer(), contours = makeLayer(), plan = makeLayer(), about = makeAsk();
 const shown = new Map(); // vehicle: { marker, circle, lines, track, dropped, count, line, color, run }
 let placed = false;
-let tiled = false;
+let tiled = null; // whether there are tiles, once that is known
 let drawContours = null;
 
 function drawGrid() {
@@ -84,8 +84,14 @@ export function showPath(path, fits = true) {
   if (fits) plan.fit(places);
 }
 
+async function readTiles() {
+  const { sets, troubles = [] } = await ask("tiles");
+  write(page.tileTroubles, troubles.join("; "), "warn");
+  return sets;
+}
+
 const addTiles = untilDone(async () => {
-  const { sets } = await ask("tiles");
+  const sets = await readTiles();
   const layers = {};
   for (const [name, [least, most]] of Object.entries(sets ?? {})) {
     layers[name.replace(/[<>&]/g, "?")] = L.tileLayer(`/tiles/${encodeURIComponent(name)}/{z}/{x}/{y}`,
@@ -93,7 +99,7 @@ const addTiles = untilDone(async () => {
   }
   const [first] = Object.values(layers);
   first?.addTo(map);
-  tiled = Boolean(first);
+  tiled = sets && Boolean(first);
   // Open, since the icon of a closed one is not served.
   if (first) L.control.layers({}, layers, { collapsed: false }).addTo(map);
   return sets;
@@ -109,7 +115,7 @@ async function readContours() {
 export function draw() {
   if (!map) return;
   addTiles();
-  if (!tiled) drawContours?.();
+  if (tiled === false) drawContours?.();
   drawVehicles();
 }
 
@@ -122,6 +128,7 @@ export function choose() {
 }
 
 if (map) {
+  repeat(() => tiled && readTiles(), () => 30000); // damage is found when a tile is read
   L.control.scale({ imperial: false }).addTo(map);
   drawGrid();
   map.on("moveend zoomend", drawGrid);

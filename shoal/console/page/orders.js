@@ -19,8 +19,8 @@ export function choose() { for (const disarm of armed) disarm(); }
 async function abortAll() {
   say("abort-all: sent to every vehicle");
   const { answers, text } = await post("order", { order: "abort-all" });
-  if (!answers) { say(`NOT OBEYED: ${text}`, "bad"); return; }
-  if (!answers.length) { say("no vehicle is known", "bad"); return; }
+  if (!answers) return say(`NOT OBEYED: ${text}`, "bad");
+  if (!answers.length) return say("no vehicle is known", "bad");
   const kinds = answers.map(kindOf), worst = ["bad", "warn"].find((kind) => kinds.includes(kind)) ?? "good";
   say(answers.map((each) => told(each.vehicle, each)).join(" | "), worst);
 }
@@ -40,7 +40,7 @@ export function confirmed(pressed, begin) {
   pressed.onclick = () => {
     const confirmedAct = act;
     disarm();
-    if (confirmedAct) { confirmedAct(); return; }
+    if (confirmedAct) return confirmedAct();
     act = begin();
     if (!act) return;
     pressed.textContent = `${label}: press again`;

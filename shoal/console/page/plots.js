@@ -45,7 +45,7 @@ async function add(field) {
   const refusal = !(name in fields) ? `there is no field "${name}": write it as Message.field`
     : traces.has(path) ? `${path} is drawn already`
       : traces.size >= MOST ? `at most ${MOST} fields are drawn: remove one first` : "";
-  if (refusal) { say(refusal, "warn"); return; }
+  if (refusal) return say(refusal, "warn");
   const unit = fields[name], output = make("span");
   const box = make("div", [button(`Remove ${path}`, () => { drop(path); sendFields(); }), output]);
   page.plots.append(box);
@@ -96,7 +96,7 @@ function drawWhole() {
 }
 
 function draw() {
-  if (store.replay) { drawWhole(); return; }
+  if (store.replay) return drawWhole();
   for (const [path, [time, value]] of Object.entries(store.values)) {
     const trace = traces.get(path);
     if (!trace || trace.times.at(-1) >= time) continue;

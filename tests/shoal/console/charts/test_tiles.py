@@ -71,6 +71,7 @@ def test_files_that_cannot_be_read_are_named_and_the_others_served(tmp_path):
         "bad.pmtiles",
         "empty.pmtiles",
     ]
+    assert sets.troubles[1].endswith("bad.pmtiles: is no .pmtiles file with tiles, or is damaged")
 
 
 def test_a_damaged_file_is_named_when_it_is_read(tmp_path):
@@ -80,8 +81,8 @@ def test_a_damaged_file_is_named_when_it_is_read(tmp_path):
     (tmp_path / "photo.pmtiles").write_bytes(data)
     sets = TileSets(tmp_path)
     assert sets.tile("photo", 3, 2, 1) is None
-    assert sets.troubles
-    assert sets.troubles[0].startswith("photo: ")
+    assert sets.tile("photo", 3, 2, 1) is None
+    assert sets.troubles == ["photo: 2 times no tile could be read: the file is damaged"]
 
 
 @pytest.mark.parametrize("damage", ["truncated", "overwritten", "strange"])
