@@ -67,8 +67,10 @@ def import_(charts: tuple[Path, ...], folder: Path, around: tuple[float, float] 
         from shoal.console import OVERLAY_SUFFIX, ChartImportError, import_chart
 
         window = None if around is None else ChartWindow(*around, radius)
-        for path in charts:
-            target = folder / f"{file_name_part(path.stem) or 'chart'}{OVERLAY_SUFFIX}"
+        targets = [folder / f"{file_name_part(path.stem) or 'chart'}{OVERLAY_SUFFIX}" for path in charts]
+        if twice := next((target for target in targets if targets.count(target) > 1), None):
+            raise WrongUse(printable(f"more than one chart becomes {twice}: rename one of them"))
+        for path, target in zip(charts, targets, strict=True):
             try:
                 found = import_chart(path, window)
                 folder.mkdir(parents=True, exist_ok=True)
@@ -79,6 +81,7 @@ def import_(charts: tuple[Path, ...], folder: Path, around: tuple[float, float] 
                 raise WrongUse(printable(str(error))) from None
             except OSError as error:
                 raise WrongUse(describe_os_error(error, target)) from None
-            click.echo(f"{printable(str(target))}: {len(found.features)} features")
+            count = len(found.features)
+            click.echo(f"{printable(str(target))}: {count} feature{'' if count == 1 else 's'}")
             for remark in found.remarks:
                 click.echo(f"  {remark}", err=True)

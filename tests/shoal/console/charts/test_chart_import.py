@@ -132,6 +132,18 @@ def test_a_bad_file_is_named_with_the_reason(tmp_path, name, data, reason):
     assert not list(tmp_path.glob("charts/*"))
 
 
+def test_of_two_charts_with_one_name_none_replaces_the_other(tmp_path):
+    text = collection(({"type": "Point", "coordinates": [-8.7, 41.2]}, {}))
+    for folder in ("north", "south"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "marks.geojson").write_text(text)
+    paths = [tmp_path / folder / "marks.geojson" for folder in ("north", "south")]
+    code, output = run(*paths, "--into", tmp_path / "charts")
+    assert (code, "more than one chart becomes" in output) == (2, True)
+    assert not list(tmp_path.glob("charts/*"))
+    assert "marks.geojson: 1 feature\n" in run(paths[0], "--into", tmp_path / "charts")[1]
+
+
 def test_a_large_chart_is_thinned_to_what_a_page_draws(tmp_path):
     many = {"type": "LineString", "coordinates": [[-8.7 + 1e-6 * number, 41.18] for number in range(60_000)]}
     (path := tmp_path / "c.geojson").write_text(collection((many, {}), (many, {})))
