@@ -84,6 +84,13 @@ def test_the_parts_of_ci_are_all_of_it_and_each_test_runs_once(ci_run):
     assert "\npytest -n 2 --dist worksteal -p no:cacheprovider -m campaign " in (ROOT / ".ci/campaigns").read_text()
 
 
+def test_tests_are_marked_in_their_own_file_where_ci_looks_for_them():
+    shared = [path for path in (ROOT / "tests").rglob("*.py") if not path.name.startswith("test_")]
+    assert len(shared) > 80
+    marker = re.compile(r"pytest\.mark\.(heavy|computing|alone)\b")
+    assert not [path.name for path in shared if marker.search(path.read_text())]
+
+
 @pytest.mark.parametrize("failing", ["*-m heavy and not*", "ruff check*", "*-m browser"])
 def test_what_fails_in_ci_fails_it_and_is_not_repeated(failing, ci_run):
     _, everything, _ = ci_run()
