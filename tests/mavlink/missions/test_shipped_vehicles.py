@@ -28,6 +28,7 @@ from shoal import fly
 from shoal.missions import parse_plan, prepare
 from tasks.maneuver import Maneuver
 from tasks.plan.actions import unsupported_setting_reasons
+from tests.repeats import repeat
 
 C = MissionCommand
 PROFILES = {"lauv-noptilus-1": SUBMARINE, "otter": BOAT, "caravel": BOAT, "hexa-00": COPTER}
@@ -110,7 +111,7 @@ def test_the_auv_flies_a_mission():
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("profile", ["otter", "caravel"])
+@pytest.mark.parametrize("profile", ["otter", repeat("caravel")])
 def test_a_boat_flies_a_mission(profile):
     items = [
         waypoint(25, 0, 0, 5, 15), item(C.NAV_LOITER_TURNS, 20, 10, 0, 0.5, 0, 15), bare(C.NAV_DELAY, 5),

@@ -54,27 +54,26 @@ def test_a_client_and_a_peer_of_a_router_meet_again_when_it_comes_back_and_know_
 
 @pytest.mark.heavy
 @pytest.mark.alone
-@pytest.mark.parametrize("mode", ["client", "peer"])
-def test_a_subscriber_that_stalls_for_ten_seconds_delays_nobody_else(network: Network, mode: str) -> None:
+def test_subscribers_that_stall_for_ten_seconds_delay_nobody_else(network: Network) -> None:
     sender, receiver = network.buses(1, 2, scouting=False)
-    port = network.local_port if mode == "client" else network.local_port + SESSION_OFFSET
-    staller = network.add(PEERS / "plainly.py", "staller", port, mode)
-    assert staller.line() == {"opened": True}
-    assert staller.line() == {"stalls": 10.0}
+    ports = {"client": network.local_port, "peer": network.local_port + SESSION_OFFSET}
+    stallers = [network.add(PEERS / "plainly.py", "staller", port, mode) for mode, port in ports.items()]
+    assert [staller.line() for staller in stallers] == [{"opened": True}] * 2
+    assert [staller.line() for staller in stallers] == [{"stalls": 10.0}] * 2
     began = time.monotonic()
     sender.ask("flow 1000")
     sender.ask("reset")
     before = receiver.ask("status")
     commands, text = 0, "x" * 40_000
     longest = 0.0
-    while time.monotonic() - began < 9.0:  # most of the time that it stalls
+    while time.monotonic() - began < 7.0:  # of the 10 s; one may begin to stall later than the other
         asked = time.monotonic()
         send(sender, "LogBookEntry", dst=2, text=text)
         commands += 1
         receiver.until(lambda status, number=commands: status["names"].get("LogBookEntry", 0) == number)
         receiver.hears(1, 1)
         longest = max(longest, time.monotonic() - asked)
-    assert staller.lines.empty(), "it stalls still"
+    assert all(staller.lines.empty() for staller in stallers), "they stall still"
     assert longest < 0.5 * slowness()
     assert commands * len(text) > 8_000_000, "more than the buffers on the way hold"
     status = sender.ask("flow 0")

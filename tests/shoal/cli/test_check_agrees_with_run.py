@@ -1,5 +1,6 @@
 """What `shoal check` accepts of the tasks that use a network or a device, a run in real time accepts, too."""
 
+import pickle
 from functools import cache
 
 import pytest
@@ -44,15 +45,25 @@ def sections():
     return found
 
 
+@cache
 def local_options(profile):
     """Those of LOCAL whose section the profile has."""
     present = load_profile(profile).config.sections
     return [option for option in LOCAL if option.partition(":")[0] in present]
 
 
+@cache
+def local_profile(profile):
+    """The profile with its local options, pickled: to read all its files takes longer than what is tested."""
+    return pickle.dumps(load_profile(profile, overrides=local_options(profile)))
+
+
 def mistakes(profile, mode, section, option):
     """Errors before a vehicle starts, and what fails when the task of the section starts in real time."""
-    loaded = load_profile(profile, overrides=[*local_options(profile), option])
+    loaded = pickle.loads(local_profile(profile))
+    loaded.override(option)
+    loaded.raise_unused_overrides()
+    loaded.raise_errors()
     problems = check_profile(loaded, {}, frozenset({mode}), find_task)
     if errors := [problem.text for problem in problems if problem.severity == "error"]:
         return errors, []

@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from tests.repeats import repeat
+
 
 @pytest.mark.heavy
 def test_a_new_task_runs_and_its_test_passes(shoal, tmp_path):
@@ -42,7 +44,7 @@ def test_a_new_vehicle_runs_and_its_test_passes(shoal, tmp_path):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("base", ["lauv-noptilus-1", "otter", "caravel", "hexa-00"])
+@pytest.mark.parametrize("base", [repeat("lauv-noptilus-1"), "otter", repeat("caravel"), "hexa-00"])
 def test_a_vehicle_from_another_carries_out_plans(shoal, tmp_path, base):
     created = shoal("new", "vehicle", "mine", "--from", base)
     assert created.exit_code == 0, created.output

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import imc
+from tests.repeats import repeat
 from tests.shoal.cli.installed import shoal
 
 PLAN = """
@@ -49,7 +50,8 @@ def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    ("plan", "at", "states"), [("one", 9.5, True), ("one", 12.3, False), ("two", 2.1, False), ("one", 4.2, True)]
+    ("plan", "at", "states"),
+    [("one", 9.5, True), ("one", 12.3, False), repeat(("two", 2.1, False)), ("one", 4.2, True)],
 )
 def test_a_mission_is_repeated_from_any_time(day: Path, tmp_path: Path, plan: str, at: float, states: bool) -> None:
     copy = tmp_path / day.parent.name / day.name

@@ -21,6 +21,7 @@ from runtime.zenoh import ProcessPart, ZenohConfig, ZenohTransport
 from shoal.fleet import FleetMonitor, register_fleet
 from tests.command import shoal
 from tests.outside import children, until
+from tests.repeats import repeat
 from tests.runtime.zenoh.processes import PATIENCE, REPOSITORY, Network, Process
 
 FLEET = """
@@ -59,7 +60,7 @@ def connected(port: int) -> Any:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("per_process", [1, 2])
+@pytest.mark.parametrize("per_process", [repeat(1), 2])
 def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, per_process: int) -> None:
     file = tmp_path / "fleet.yaml"
     file.write_text(fleet_file(network, per_process))

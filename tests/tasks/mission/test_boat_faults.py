@@ -6,6 +6,7 @@ import pytest
 
 import imc
 from shoal import fly
+from tests.repeats import all_but
 from tests.tasks.mission.boats import BOATS, KINDS, Mode, goto, plan_of, sail, sail_on
 from tests.tasks.mission.underway import underway
 
@@ -19,7 +20,7 @@ def at_fault():
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["otter"], BOATS))
 def test_an_abort_stops_the_motors(boat):
     async def abort(vehicle, script):
         await script.sleep(30.0)
@@ -34,7 +35,7 @@ def test_an_abort_stops_the_motors(boat):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["caravel"], BOATS))
 def test_a_maneuver_that_is_commanded_after_the_end_of_its_plan_does_not_run_on(boat):
     async def command_late(vehicle, script):
         await script.sleep(30.0)
@@ -88,7 +89,7 @@ def test_what_falls_silent_ends_the_plan_and_leaves_the_motors_at_rest(boat, tas
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["otter"], BOATS))
 def test_the_motors_stop_without_supervisor_and_failsafe(boat):
     async def silence(vehicle, script):
         vehicle.task("Supervisors.Failsafe").cancel_callbacks()
@@ -111,7 +112,7 @@ def test_the_motors_stop_without_supervisor_or_maneuver_and_an_abort_stops_them_
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["caravel"], BOATS))
 def test_a_boat_whose_battery_is_empty_drifts(boat):
     half_a_minute = {"otter": 0.07, "caravel": 0.03}[boat]  # % of the battery
     empty = f"Simulators.Battery:Initial Level={half_a_minute}", "Simulators.Battery:Error Level=0"

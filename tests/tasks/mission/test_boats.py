@@ -29,7 +29,7 @@ WEATHER = {"calm": (), "east": CURRENT, "north": NORTHWARD, "wind": WIND}
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize(("boat", "corner"), [("otter", 2.5), ("caravel", 3.5)])
+@pytest.mark.parametrize(("boat", "corner"), all_but([("caravel", 3.5)], [("otter", 2.5), ("caravel", 3.5)]))
 def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
     voyage = sail(boat, load_plan(HARBOR))
     assert voyage.report.completed, voyage.report.reason
@@ -48,7 +48,7 @@ def test_a_plan_is_flown_along_its_legs_and_around_its_corners(boat, corner):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("boat", "beyond"), [("otter", 3.0), ("caravel", 10.0)])
+@pytest.mark.parametrize(("boat", "beyond"), all_but([("otter", 3.0)], [("otter", 3.0), ("caravel", 10.0)]))
 def test_a_station_is_kept_in_a_current(boat, beyond):
     station = imc.StationKeeping(**at(30, 20), z_units=DEPTH, speed=1.2, radius=15, duration=150)
     voyage = sail(boat, plan_of(station), *CURRENT)
@@ -74,7 +74,7 @@ def test_a_station_behind_a_sharp_turn_is_reached(boat, weather):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["caravel"], BOATS))
 def test_a_leg_across_current_and_wind_is_followed(boat):
     voyage = sail(boat, plan_of(goto(20, 0), goto(90, 0)), *CURRENT, *WIND)
     assert voyage.report.completed, voyage.report.reason
@@ -112,7 +112,7 @@ def test_a_boat_does_not_dive(maneuver, reason):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["otter"], BOATS))
 def test_an_operator_steers(boat):
     async def steer(vehicle, script):
         await script.sleep(10.0)
@@ -153,7 +153,7 @@ def test_an_operator_who_steers_out_of_the_area_is_stopped():
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("boat", all_but(["caravel"], BOATS))
 def test_equal_voyages_are_equal(boat):
     plan = plan_of(goto(20, 10))
     first, again = (sail(boat, plan, *CURRENT, keep_all=True).packets for _ in range(2))

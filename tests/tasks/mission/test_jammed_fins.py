@@ -8,6 +8,7 @@ import pytest
 from flying import goto, plan_of
 from lean import BLIND
 
+from tests.repeats import all_but
 from tests.tasks.mission.lies import DEEP, FAULT, Flight, Mode
 from tests.tasks.mission.underway import underway
 
@@ -29,7 +30,7 @@ def jam(degrees):
     return inject
 
 
-@pytest.mark.parametrize("degrees", [-20.0, -8.0, 4.0, 8.0, 20.0])
+@pytest.mark.parametrize("degrees", all_but([-20.0, 4.0], [-20.0, -8.0, 4.0, 8.0, 20.0]))
 def test_a_pitch_that_does_not_follow_its_reference_ends_the_plan(degrees, fly, tmp_path):
     flight = fly(tmp_path, jam(degrees), FAULT + 60.0)
     assert flight.errors[0] == "Attitude: pitch does not follow its reference"

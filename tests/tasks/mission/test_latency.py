@@ -6,6 +6,7 @@ from functools import cache
 import pytest
 
 import imc
+from tests.repeats import repeat
 from tests.tasks.mission.lies import AHRS, BAROMETER, Flight, all_of, before, late, lies
 from tests.tasks.mission.underway import say
 
@@ -35,8 +36,12 @@ def lose_load(seconds, kilograms=0.5):
 @pytest.mark.parametrize(
     "fault",
     [
-        *(late(AHRS, seconds) for seconds in (0.7, 1.5, 4.0)),
-        *(late(BAROMETER, seconds) for seconds in (0.7, 1.5, 4.0)),
+        repeat(late(AHRS, 0.7)),
+        late(AHRS, 1.5),
+        repeat(late(AHRS, 4.0)),
+        repeat(late(BAROMETER, 0.7)),
+        repeat(late(BAROMETER, 1.5)),
+        late(BAROMETER, 4.0),
         all_of(late(AHRS, 1.5), lose_load(4.0)),
         all_of(late(BAROMETER, 4.0), lies(AHRS, imc.EulerAngles, ("theta", lambda angle, t: 0.001 * angle))),
         all_of(late(BAROMETER, 1.5), lies(BAROMETER, imc.Pressure, ("value", lambda value, t: value - 0.05 * t))),
@@ -56,7 +61,7 @@ def test_a_multirotor_whose_sensors_come_late_lands_softly(fault, fly, tmp_path)
     assert flight.touchdown <= 2.5
 
 
-@pytest.mark.parametrize(("seconds", "after"), [(1.5, 5.0), (1.5, 8.0), (4.0, 5.0)])
+@pytest.mark.parametrize(("seconds", "after"), [(1.5, 5.0), repeat((1.5, 8.0)), (4.0, 5.0)])
 def test_a_multirotor_whose_attitude_becomes_late_near_the_ground_lands_softly(seconds, after, fly, tmp_path):
     def inject(vehicle):
         say(vehicle, imc.Abort(dst=vehicle.system))

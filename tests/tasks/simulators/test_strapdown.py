@@ -7,6 +7,7 @@ import imc
 from shoal import fly
 from shoal.missions import parse_plan
 from support.rotations import rotation
+from tests.repeats import repeat
 
 HEAD = "plan: corners\norigin: 41.185°, -8.7062°\nspeed: 1.2 m/s\nmaneuvers:\n"
 LEGS = "  - goto: {north: 20, at}\n  - goto: {north: 20, east: 30, at}\n  - goto: {north: -60, at}\n"
@@ -58,10 +59,10 @@ def miss(truth, samples, begin):
     ("profile", "rate", "limit", "more"),
     [
         ("lauv-noptilus-1", 100, 0.05, ()),
-        ("otter", 100, 0.05, ()),
+        repeat(("otter", 100, 0.05, ())),
         ("otter", 100, 0.3, ("World:Wave Height=0.5",)),
         ("hexa-00", 50, 2.0, ()),
-        ("hexa-00", 200, 0.3, ()),
+        repeat(("hexa-00", 200, 0.3, ())),
     ],
 )
 def test_dead_reckoning_follows_the_truth(profile, rate, limit, more, tmp_path):

@@ -14,7 +14,7 @@ from tests.outside import slowness
 from tests.tasks.transports.imc_station import CONSOLE, Station, afloat
 
 OWN = 0x001A
-SECONDS = 6.0
+SECONDS = 4.0
 SENDER = """
 import socket, sys, time
 port, seconds, rate = int(sys.argv[1]), float(sys.argv[2]), 100_000

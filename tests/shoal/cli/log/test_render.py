@@ -15,6 +15,7 @@ from runtime.profile import load_profile, read_config
 from runtime.vehicle import build
 from tests import command
 from tests.outside import TOO_LARGE, largest_file
+from tests.repeats import all_but
 
 BELOW = """
 [Vision.FisheyeCamera/Below{rate}]
@@ -100,7 +101,7 @@ def test_pictures_after_the_fact_are_those_of_the_run(shoal, run, which):
 
 @pytest.mark.heavy
 @pytest.mark.computing
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", all_but(["lauv-noptilus-1", "hexa-00"], SCENES))
 def test_pictures_of_all_shipped_vehicles_are_those_of_the_run(shoal, tmp_path, name):
     cameras = [BELOW.format(rate=rate, scene=SCENES[name]) for rate in (SLOW, 20, 50, 100)]
     ini = tmp_path / "cameras.ini"
