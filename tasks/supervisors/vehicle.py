@@ -3,6 +3,7 @@
 import math
 
 import imc
+from imc.discovery import displayable_name
 from runtime import State, Task, consume, param, periodic
 from runtime.kernel import Timer
 from support.log_limit import LogLimit
@@ -18,6 +19,7 @@ EXTERNAL_AFTER = 2.0  # s with loops enabled without a maneuver
 NEXT_MANEUVER = 1.0  # s, longest time between two maneuvers
 SHORTEST_CALIBRATION, SHORTEST_ANSWER = 15.0, 0.1  # s
 LATE_COMMAND = 5.0  # s before an Abort in which a command was sent that does not count any more
+MOST_NAMES = 256  # of systems that no profile lists, such as consoles
 PLANLESS = 3.0  # s that a maneuver of the own plan engine may last without a plan
 BEGINNING = (Command.EXEC_MANEUVER, Command.START_CALIBRATION)
 BROKEN = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
@@ -53,6 +55,7 @@ class Vehicle(Task):
         self._errors: list[str] = []
         self._ignore_errors = False
         self._complaints: dict[int, str] = {}
+        self._announced: dict[int, str] = {}  # names of other systems, the oldest first
         self._missed_beats = -1
         self._planned, self._planless_since = False, math.inf
         self._last_error, self._last_error_time = "", -1.0
@@ -132,11 +135,20 @@ class Vehicle(Task):
             self._enter(Mode.SERVICE)
 
     @consume(others=True)
+    def on_announce(self, other: imc.Announce) -> None:
+        """Note the names of consoles, which no profile lists: the log says who has aborted."""
+        if self.vehicle.systems.name(other.src) == f"0x{other.src:04X}":
+            self._announced.pop(other.src, None)
+            self._announced[other.src] = displayable_name(other.sys_name)
+            if len(self._announced) > MOST_NAMES:
+                del self._announced[next(iter(self._announced))]
+
+    @consume(others=True)
     def on_abort(self, abort: imc.Abort) -> None:
         """Stop everything in any mode, on request of any system, unless the Abort is addressed to another one."""
         if not self.is_addressed_or_broadcast(abort):
             return
-        system = self.vehicle.systems.name(abort.src)
+        system = self._announced.get(abort.src) or self.vehicle.systems.name(abort.src)
         entity = self.vehicle.entities.label(abort.src, abort.src_ent) or str(abort.src_ent)
         ours = abort.src == self.system and abort.src_ent in self._complaints
         reason = f"{entity}: {self._complaints[abort.src_ent]}" if ours else ""
