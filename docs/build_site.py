@@ -52,7 +52,9 @@ def main(folder: Path) -> int:
         pages = write_pages(work / "pages")
         nav = "\n".join(f"  {{ {quote(title)} = [{', '.join(entries)}] }}," for title, entries in pages.items())
         (work / "zensical.toml").write_text(SETTINGS.format(nav=nav, root=ROOT.as_posix()))
-        status = subprocess.run(["zensical", "build", "--strict"], cwd=work, check=False).returncode
+        status = subprocess.run(
+            [sys.executable, "-m", "zensical", "build", "--strict"], cwd=work, check=False
+        ).returncode
         if status == 0:
             folder.parent.mkdir(parents=True, exist_ok=True)
             (work / "site").rename(folder)
