@@ -88,7 +88,7 @@ def test_a_speed_that_is_refused_is_commanded_again_and_then_given_up():
     assert keep(lambda _: 2.0, ["the speed was denied"])[0].error == ""
 
 
-def test_what_holds_a_vehicle_back_is_told_and_ends_no_plan():
+def test_what_holds_a_vehicle_back_is_reported_and_ends_no_plan():
     speed, _ = keep(lambda _: 0.4)
     assert (speed.error, speed.warning) == ("", "it moves at 0.4 m/s only, not the plan's 2 m/s")
 

@@ -189,7 +189,7 @@ def test_a_mode_is_asked_for_until_a_heartbeat_shows_it():
     assert peer.controller.goal is GuidedGoal.HOLD
 
 
-def test_a_mode_that_is_refused_is_told():
+def test_a_mode_that_is_refused_is_reported():
     peer = Peer(DENIED)
     peer.mode = peer.controller.mode = GUIDED
     peer.controller.hold_position(0.0)

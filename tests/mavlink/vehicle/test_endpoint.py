@@ -156,7 +156,7 @@ def test_a_message_comes_at_the_interval_that_was_asked_for(desk):
     assert desk.listen(1.0, "SYSTEM_TIME") == []
 
 
-def test_who_waits_for_an_answer_is_told_in_time(desk):
+def test_who_waits_for_an_answer_is_reported_in_time(desk):
     desk.answers = False
     desk.locate()
     desk.endpoint.receive_imc_message(imc.VehicleState(op_mode=imc.VehicleState.OpMode.MANEUVER), "", desk.now)

@@ -40,7 +40,7 @@ def test_what_is_published_here_goes_out_as_the_same_bytes(bus):
     assert wire.sent[0] is packet
 
 
-def test_what_is_published_as_of_other_definitions_is_heard_by_those_of_its_message(bus, tmp_path):
+def test_what_is_published_as_of_other_definitions_is_received_by_those_of_its_message(bus, tmp_path):
     (tmp_path / "IMC.xml.gz").write_bytes(imc.dump(imc.builtin()) + b"\n")
     strange, heard = imc.load(tmp_path / "IMC.xml.gz")["Depth"], []
     assert strange is not imc.Depth

@@ -39,7 +39,7 @@ class ClockContract:
         assert kernel.clock.read() >= end
         assert not kernel.virtual or kernel.now_ns == kernel.clock.read() == end
 
-    def test_another_thread_is_heard(self, kernel):
+    def test_another_thread_is_received(self, kernel):
         seen = []
 
         def ask():
@@ -52,7 +52,7 @@ class ClockContract:
         thread.join()
         assert seen == ["asked"]
 
-    def test_a_socket_is_heard(self, kernel):
+    def test_a_socket_is_received(self, kernel):
         here, there = socket.socketpair()
         seen = []
 

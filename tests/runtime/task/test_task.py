@@ -33,7 +33,7 @@ class Gossip(Task):
         self.heard.append((message, packet))
 
 
-def test_a_union_is_heard_and_other_types_and_other_systems_are_not():
+def test_a_union_is_received_and_other_types_and_other_systems_are_not():
     feed = [
         imc.Depth(value=1.0, timestamp=1.0),
         imc.Temperature(value=2.0, timestamp=2.0),
@@ -52,7 +52,7 @@ def test_publishing_fills_the_header_and_rounds_to_the_wire():
     assert imc.decode(run.packets[0]) == reply
 
 
-def test_everybody_is_heard_where_it_is_asked_for_with_the_packet():
+def test_everybody_is_received_where_it_is_asked_for_with_the_packet():
     run = simulate([Gossip, Echo], [imc.Depth(value=1.0, src=OTHER), imc.Depth(value=2.0)])
     gossip = run.tasks[0]
     depths = [m.value for m, _ in gossip.heard if isinstance(m, imc.Depth)]

@@ -168,7 +168,7 @@ def test_saved_parameters_are_read_back_by_the_next_run(tmp_path):
     assert again.options("Simulators.GPS")["HDOP"] == "2.5"
 
 
-def test_what_prevents_that_parameters_are_saved_is_told_without_numbers_of_errors(tmp_path):
+def test_what_prevents_that_parameters_are_saved_is_reported_without_numbers_of_errors(tmp_path):
     (tmp_path / "db").write_text("a file where the folder should be")
     vehicle = made(
         tmp_path, "[Simulators.GPS]\nEnabled=Always\nEntity Label=GPS\n", state_folder=tmp_path / "db"

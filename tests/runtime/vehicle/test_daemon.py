@@ -58,14 +58,14 @@ def test_the_list_of_entities_is_reported_to_who_asks():
     assert (report.op, report.dst, report.dst_ent) == (imc.EntityList.Op.REPORT, CONSOLE, 7)
 
 
-def test_states_are_told_for_all_entities_or_for_one():
+def test_states_are_reported_for_all_entities_or_for_one():
     run, states = ask(imc.QueryEntityState(), imc.EntityState)
     assert {m.src_ent for m in states} == {0, run.task.entity.id}
     run, (state,) = ask(imc.QueryEntityState(dst_ent=run.task.entity.id), imc.EntityState)
     assert (state.src_ent, state.dst, state.description) == (run.task.entity.id, CONSOLE, "dim")
 
 
-def test_activation_is_told_and_requests_for_other_vehicles_are_not_ours():
+def test_activation_is_reported_and_requests_for_other_vehicles_are_not_ours():
     run, (state,) = ask(imc.QueryEntityActivationState(), imc.EntityActivationState)
     assert (state.state, state.src_ent) == (imc.EntityActivationState.State.ACTIVE, run.task.entity.id)
     assert ask(imc.QueryEntityActivationState(), imc.EntityActivationState, dst=0x1B)[1] == []

@@ -204,7 +204,7 @@ def test_a_list_of_entities_with_numbers_that_are_none_is_met_with_calm():
     assert run.vehicle.entities.label(CONSOLE, 5) == "A"
 
 
-def test_a_value_that_is_set_back_is_told_and_saved_as_it_is(tmp_path):
+def test_a_value_that_is_set_back_is_reported_and_saved_as_it_is(tmp_path):
     class Notes(NoProfile):
         """Records the overrides."""
 

@@ -46,7 +46,7 @@ def test_a_clock_that_cannot_keep_its_factor_says_which_it_reaches(monkeypatch, 
 
 
 @pytest.mark.heavy
-def test_a_system_time_that_is_set_is_told_and_does_not_reach_the_vehicle(monkeypatch, tmp_path):
+def test_a_system_time_that_is_set_is_reported_and_does_not_reach_the_vehicle(monkeypatch, tmp_path):
     began, real = time.monotonic(), time.time_ns
     monkeypatch.setattr(time, "time_ns", lambda: real() + (3_600_000_000_000 if time.monotonic() > began + 2.0 else 0))
     vehicle, said = run(WallClock(), 3.5, tmp_path)

@@ -174,7 +174,7 @@ def test_a_run_lasts_as_long_as_was_asked_for_however_late_it_begins():
     assert vehicle.kernel.now_ns / SECOND - vehicle.start_time >= 3.05
 
 
-def test_a_vehicle_that_runs_twice_on_one_bus_is_told_so_once():
+def test_a_vehicle_that_runs_twice_on_one_bus_is_reported_so_once():
     class Wire:
         """A transport whose other end is in this test."""
 

@@ -89,7 +89,7 @@ def test_frames_of_4_mb_arrive_without_shared_memory(network: Network) -> None:
         transport.close()
 
 
-def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_told(
+def test_a_frame_that_the_network_takes_too_long_for_is_counted_and_reported(
     frames: ZenohFrames, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = iter([10.0, 10.9, 20.0, 21.001])  # before and after each put; zenoh drops a frame after a second

@@ -138,7 +138,7 @@ MUTUAL = "{transport: {link: {tls: {enable_mtls: true}}}, access_control: {enabl
         ({}, "{scouting: {multicast: {enabled: true}}}", []),
     ],
 )
-def test_what_others_can_reach_without_certificates_is_told(
+def test_what_others_can_reach_without_certificates_is_reported(
     tmp_path: Path, values: dict[str, Any], file: str | None, exposed: list[str]
 ) -> None:
     path = None if file is None else tmp_path / "net.json5"
@@ -163,7 +163,7 @@ def test_who_scouts_on_a_network_listens_there_and_connects_to_those_found(
     assert built(config, "scouting/multicast/autoconnect")["router"] == ["router", "peer"]
 
 
-def test_a_client_listens_nowhere_and_connects_where_it_is_told() -> None:
+def test_a_client_listens_nowhere_and_connects_where_it_is_reported() -> None:
     config = ZenohConfig(mode="client", connect=("tls/vehicle:7448",))
     assert config.build().fixed == built(config, "listen/endpoints") == []
     assert built(config, "connect/endpoints") == ["tls/vehicle:7448"]
@@ -270,7 +270,7 @@ def test_the_sources_of_relayed_packets_do_not_fill_the_memory(monkeypatch: pyte
     assert relay.unsent.total == 0
 
 
-def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
+def test_lost_and_repeated_packets_are_reported_by_their_numbers(caplog: pytest.LogCaptureFixture) -> None:
     packets: list[bytes] = []
     receiver = Subscribers(packets.append, None, logging.getLogger("shoal.zenoh").warning)
     receiver._own = "own"
@@ -294,7 +294,7 @@ def test_lost_and_repeated_packets_are_told_by_their_numbers(caplog: pytest.LogC
     assert caplog.text.count("lost on the way") == 1
 
 
-def test_what_was_lost_at_the_end_is_told_with_the_name_of_the_process(caplog: pytest.LogCaptureFixture) -> None:
+def test_what_was_lost_at_the_end_is_reported_with_the_name_of_the_process(caplog: pytest.LogCaptureFixture) -> None:
     told: list[str] = []
     lost = ErrorCounter("were lost", told.append)
     tell = logging.getLogger("shoal.zenoh").warning

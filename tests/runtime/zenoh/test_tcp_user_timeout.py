@@ -34,7 +34,7 @@ def test_the_limit_is_set_at_the_wanted_sockets_only() -> None:
 
 
 @pytest.mark.heavy
-def test_a_cut_between_the_computers_of_a_vehicle_is_told_in_10_s_and_forgotten_5_s_after_its_end(
+def test_a_cut_between_the_computers_of_a_vehicle_is_reported_in_10_s_and_forgotten_5_s_after_its_end(
     namespace: list[str], openssl: str, tmp_path: Path
 ) -> None:
     certificates(openssl, tmp_path, "lauv-noptilus-1", address="10.99.0.1")

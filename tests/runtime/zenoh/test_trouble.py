@@ -134,7 +134,7 @@ def test_who_waits_for_a_process_that_does_not_answer_says_so(network: Network, 
     assert not vehicle.ended(), vehicle.errors
 
 
-def test_others_that_claim_to_be_this_vehicle_are_told_once_in_a_while(network: Network) -> None:
+def test_others_that_claim_to_be_this_vehicle_are_reported_once_in_a_while(network: Network) -> None:
     told: list[str] = []
     config = ZenohConfig(local_port=network.local_port, scouting="none", vehicle="v")
     transport = ZenohTransport(

@@ -167,7 +167,7 @@ class Cut(StandInRuns):
         )
 
 
-def test_runs_that_did_not_end_are_left_out_and_told(tmp_path):
+def test_runs_that_did_not_end_are_left_out_and_reported(tmp_path):
     study = write_study(tmp_path)
     whole, cut = do(study, tmp_path / "a"), do(study, tmp_path / "b", Cut)
     found = compare_campaigns(whole, cut)

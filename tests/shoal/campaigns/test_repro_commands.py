@@ -83,7 +83,7 @@ def test_merge_and_rerun_print_commands_with_all_options(folder):
 
 
 @pytest.mark.heavy
-def test_what_is_not_on_this_computer_is_told(folder):
+def test_what_is_not_on_this_computer_is_reported(folder):
     assert shoal("hum.study.yaml", "--shard", "1/2", "-j", 1, "-o", "parts", "--code", "my code").exit_code == 0
     shutil.rmtree(folder / "my code")
     some = shoal("merge", "parts/shard-1-of-2", "-o", "parts")
@@ -92,7 +92,7 @@ def test_what_is_not_on_this_computer_is_told(folder):
 
 
 @pytest.mark.heavy
-def test_a_file_that_the_study_does_not_name_is_told_as_the_reason(folder):
+def test_a_file_that_the_study_does_not_name_is_reported_as_the_reason(folder):
     (folder / "hum.study.yaml").write_text(STUDY)
     done = shoal("hum.study.yaml", "-j", 1, "-o", "bare", "--code", "my code", "--runs", 1)
     assert "FileNotFoundError" in done.output

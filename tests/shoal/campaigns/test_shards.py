@@ -96,7 +96,7 @@ def test_a_campaign_whose_study_has_moved_is_run_again_from_where_it_is(tmp_path
     assert repeat_run(data, 7, StandInRuns(), make_draft=StandInDraft, file=file).differences == ()
 
 
-def test_what_is_missing_is_told_and_the_campaign_goes_on_with_it(tmp_path):
+def test_what_is_missing_is_reported_and_the_campaign_goes_on_with_it(tmp_path):
     study, count = write_study(tmp_path), tmp_path / "count"
     made = merge_results([do(study, tmp_path, "1/4"), do(study, tmp_path, "3/4")], tmp_path / "out")
     assert made.missing == tuple(run for run in range(40) if run % 4 in (1, 3))
@@ -207,7 +207,7 @@ def test_a_run_that_did_not_end_gives_way_to_one_that_did(tmp_path):
         ("a/b", "'a/b' is no shard"),
     ],
 )
-def test_wrong_shards_are_told(text, said):
+def test_wrong_shards_are_reported(text, said):
     with pytest.raises(ValueError, match=said):
         parse_shard(text)
 

@@ -177,7 +177,7 @@ def test_explain_calls_unknown_options_so(shoal, tmp_path):
     assert "unknown; did you mean 'Vehicle'?" in shoal("explain", "mine", "General").output
 
 
-def test_a_mistake_in_a_shared_section_is_told_once(shoal, tmp_path):
+def test_a_mistake_in_a_shared_section_is_reported_once(shoal, tmp_path):
     world = "[World]\nGilders = 1 2\nWave Height = -3\n"
     (tmp_path / "mine.ini").write_text(f"[Require lauv-noptilus-1.ini]\n{world}[Bathymetry]\nLatitude = 4\n")
     lines = shoal("check", "mine").output.splitlines()

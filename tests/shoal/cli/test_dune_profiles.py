@@ -160,7 +160,7 @@ def test_options_that_shoal_lacks_are_one_warning_per_task(tree):
     assert lines[-1].endswith("5 warnings")
 
 
-def test_an_option_of_a_maneuver_with_a_section_of_its_own_has_no_effect_and_is_told(tree):
+def test_an_option_of_a_maneuver_with_a_section_of_its_own_has_no_effect_and_is_reported(tree):
     with (tree / "lauv-dune-1.ini").open("a") as file:
         file.write("[Maneuver.Loiter]\nEnabled = Always\n")
     text = "[Maneuver.Multiplexer] 'Loiter -- Minimum Radius' has no effect: [Maneuver.Loiter] has its own Enabled"

@@ -43,7 +43,7 @@ def ls(monkeypatch: pytest.MonkeyPatch, *options: str, name: str = "other") -> R
 
 
 @pytest.mark.heavy
-def test_two_vehicles_of_one_id_are_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_vehicles_of_one_id_are_reported_of(monkeypatch: pytest.MonkeyPatch) -> None:
     words = f"its id 0x{OWN:04X} is also that of "
     found = {
         system["name"]: system["clash"] for system in json.loads(ls(monkeypatch, "--json", "--for", "0.8s").stdout)

@@ -73,7 +73,7 @@ def run(project):
 
 
 @pytest.mark.heavy
-def test_own_messages_are_heard_and_logged_with_their_definitions(project):
+def test_own_messages_are_received_and_logged_with_their_definitions(project):
     status, _, err = run(project)
     assert (status, "error" in err) == (0, False)
     folder = next(project.glob("log/*/*/*"))
@@ -152,7 +152,7 @@ def test_own_messages_of_a_running_vehicle(project, network):
             vehicle.until("dropped: there is no message with id 30002 here, see [General] Messages")
 
 
-def test_a_program_that_names_a_file_for_a_schema_is_told(project):
+def test_a_program_that_names_a_file_for_a_schema_is_reported(project):
     with (
         pytest.raises(TypeError, match="not a schema such as"),
         connect(VEHICLE, messages="own.yaml"),

@@ -199,7 +199,7 @@ def test_nobody_there_or_a_folder_that_is_used_is_said_at_once(both: str, tmp_pa
     assert shoal("record", "--limit", "5", "-o", tmp_path / "x").exit_code == 2
 
 
-def test_a_missing_library_is_told_before_anything_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_reported_before_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "shoal.logs.export.mcap_writer", raising=False)
     monkeypatch.setitem(sys.modules, "zstandard", None)
     result = shoal("record", NAME, "-f", "mcap", "--for", "60s", "-o", tmp_path / "here")

@@ -228,14 +228,14 @@ def test_a_dune_tree_of_ones_own_loads_and_what_shoal_has_not_is_listed(tmp_path
     assert "skipped: Simulators.LBL, Transports.HTTP (not in Shoal)" in done.stderr
 
 
-def test_what_a_profile_asks_for_in_vain_is_told(tmp_path):
+def test_what_a_profile_asks_for_in_vain_is_reported(tmp_path):
     done = shoal(*VIRTUAL, "--for", "1s", "--set", "Simulators.GPS:HDPO=1", cwd=tmp_path)
     assert "command line: warning: [Simulators.GPS] 'HDPO' is not a parameter" in done.stderr
     assert "did you mean 'HDOP'?" in done.stderr
 
 
 @pytest.mark.heavy
-def test_a_log_that_cannot_be_written_is_told_at_the_end(tmp_path):
+def test_a_log_that_cannot_be_written_is_reported_at_the_end(tmp_path):
     command = ["bash", "-c", 'ulimit -f 0; exec "$@"', "-", *SHOAL, *VIRTUAL, "--for", "2s"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.stdout.splitlines()[-1].startswith(f"Logger: FAILURE {TOO_LARGE}")

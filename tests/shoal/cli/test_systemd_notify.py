@@ -142,7 +142,7 @@ def told(vehicle: Vehicle, host: SystemdNotifier, seconds: float = 0.5) -> list[
     return texts
 
 
-def test_without_a_watchdog_only_the_status_is_told(manager: Manager) -> None:
+def test_without_a_watchdog_only_the_status_is_reported(manager: Manager) -> None:
     assert told(*host(manager)) == []
     assert manager.all() == [["READY=1", f"MAINPID={os.getpid()}"], ["STATUS=probe: all is well"], ["STOPPING=1"]]
     assert "NOTIFY_SOCKET" not in os.environ, "programs that a task starts must not speak for the run"

@@ -68,7 +68,7 @@ def test_all_that_pass(write):
 
 
 @pytest.mark.heavy
-def test_one_that_fails_is_told_with_its_log_and_the_command_that_repeats_it(write):
+def test_one_that_fails_is_reported_with_its_log_and_the_command_that_repeats_it(write):
     folder = write(good=scenario(), bad=scenario(FLAT, seed=3))
     status, out, err = shoal("test", "-j", "2", cwd=folder)
     assert (status, err) == (1, "")
@@ -154,7 +154,7 @@ def test_a_distribution_in_a_scenario_is_said_to_be_for_a_campaign(write):
 
 
 @pytest.mark.heavy
-def test_all_logs_of_a_failed_run_are_told(write):
+def test_all_logs_of_a_failed_run_are_reported(write):
     """A vehicle begins a log with a plan."""
     folder = write(a=PLANNED)
     status, out, _ = shoal("test", cwd=folder)
@@ -203,7 +203,7 @@ def test_tasks_of_a_user_that_make_trouble_cost_their_own_runs_alone(write):
 
 
 @pytest.mark.heavy
-def test_a_run_that_does_not_repeat_itself_is_told(write):
+def test_a_run_that_does_not_repeat_itself_is_reported(write):
     folder = write(it=trouble("differ", "always: RelativeHumidity.value < 0"))
     (folder / "trouble.py").write_text(TROUBLE)
     status, out, _ = shoal("test", cwd=folder)

@@ -140,7 +140,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("words", "said"), MISTAKES, ids=[words for words, _ in MISTAKES])
-def test_a_mistake_of_the_user_is_told_with_status_2(folder, words, said):
+def test_a_mistake_of_the_user_is_reported_with_status_2(folder, words, said):
     done = shoal(words)
     assert (done.exit_code, said in done.output) == (2, True), done.output
     assert "Traceback" not in done.output
@@ -211,7 +211,7 @@ class Careless(Task):
         self.start_script(self.listen)
 
 
-def test_a_task_that_confuses_values_and_messages_is_told():
+def test_a_task_that_confuses_values_and_messages_is_reported():
     with pytest.raises(TypeError, match=r"expected the class of a message, such as imc.GpsFix, not 'GpsFix'"):
         simulate(Careless, feed=[], seconds=2.0)
 
@@ -229,7 +229,7 @@ DECLARATIONS = [
 
 
 @pytest.mark.parametrize(("line", "said"), DECLARATIONS, ids=[said for _, said in DECLARATIONS])
-def test_a_bad_declaration_is_told_with_the_line_of_its_section(folder, tmp_path, line, said):
+def test_a_bad_declaration_is_reported_with_the_line_of_its_section(folder, tmp_path, line, said):
     head = "import imc\nfrom runtime import Task, consume, param\n\n\nclass Bad(Task):\n"
     name = f"bad_{DECLARATIONS.index((line, said))}"
     (tmp_path / f"{name}.py").write_text(f'{head}    """Bad."""\n\n    {line}\n')

@@ -226,7 +226,7 @@ def test_a_wider_window_shows_the_view_beside_the_map(page):
     until(lambda: page.run("document.getElementById('health-view').clientHeight") > 100)
 
 
-def test_a_frame_that_fails_is_told_and_the_next_one_is_shown(page):
+def test_a_frame_that_fails_is_reported_and_the_next_one_is_shown(page):
     give_text(page, "no JSON")
     assert page.text("#result").startswith("this page has failed: ")
     give_frame(page, log=[[1e300, NAME, "info", "", "at no time"], [0, NAME, "info", "", "at midnight"]])
@@ -251,7 +251,7 @@ def test_a_track_goes_on_after_its_longest(page):
     assert known(page, f"store.tracks['{name}'].points.length") == 16_203
 
 
-def test_a_field_that_is_not_drawn_is_told(page):
+def test_a_field_that_is_not_drawn_is_reported(page):
     view(page, "plots")
     page.run("document.getElementById('field').value = 'EstimatedState.depth'")
     page.press("#field-add")

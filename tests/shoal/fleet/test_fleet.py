@@ -98,7 +98,7 @@ def test_a_fleet_is_started_kept_and_stopped(network: Network, tmp_path: Path, p
 
 
 @pytest.mark.heavy
-def test_the_status_names_who_does_not_run_and_who_is_silent_and_the_end_is_told(
+def test_the_status_names_who_does_not_run_and_who_is_silent_and_the_end_is_reported(
     network: Network, tmp_path: Path
 ) -> None:
     file = tmp_path / "fleet.yaml"
@@ -190,7 +190,7 @@ def test_a_fleet_whose_vehicles_already_run_is_refused_before_anything_starts(ne
     running.close()
 
 
-def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
+def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_reported(
     network: Network, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(signal, "signal", lambda *_: None)
@@ -207,7 +207,7 @@ def test_a_fleet_that_could_not_log_is_refused_and_another_name_to_stop_is_told(
 
 
 @pytest.mark.heavy
-def test_errors_in_the_log_books_of_vehicles_are_told_once(network: Network) -> None:
+def test_errors_in_the_log_books_of_vehicles_are_reported_once(network: Network) -> None:
     watch = FleetMonitor({"Local Port": str(network.local_port)})
     config = ZenohConfig(mode="client", local_port=network.local_port, scouting="none", vehicle="lauv-1")
     vehicle = ZenohTransport(config, lambda _: "lauv-1", lambda *_: "Logger", part=ProcessPart("lauv-1", 7, 1))

@@ -40,7 +40,7 @@ def texts(diagnosis):
 
 
 @pytest.mark.heavy
-def test_a_system_that_is_heard_but_does_not_hear_us():
+def test_a_system_that_is_received_but_does_not_hear_us():
     found = examine()
     assert texts(found) == ["station: is received, but does not answer: nothing arrives from here"]
     (contact,) = found.contacts
@@ -85,7 +85,7 @@ def test_another_console_that_greets_us_before_its_announce_is_nothing_wrong():
 
 
 @pytest.mark.heavy
-def test_what_the_entities_of_a_vehicle_report_is_told():
+def test_what_the_entities_of_a_vehicle_report_is_reported():
     def states(station):
         fault = imc.EntityState(state=imc.EntityState.State.FAULT, description="id 0x0B01 is also used by evil")
         return [station.packet(imc.EntityInfo(label="Service Discovery")), station.packet(fault)]
@@ -214,7 +214,7 @@ def test_a_network_whose_address_has_gone_does_not_end_our_announcements(monkeyp
 
 
 @pytest.mark.heavy
-def test_two_programs_with_one_id_are_told_of():
+def test_two_programs_with_one_id_are_reported_of():
     async def act() -> None:
         ports = discovery_ports()
         one, other = (ConsoleIdentity.of_this_program(0x4101) for _ in range(2))

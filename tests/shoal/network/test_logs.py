@@ -77,7 +77,7 @@ def test_a_name_that_is_not_utf_8_is_an_error_of_the_server() -> None:
             list_logs([place])
 
 
-def test_the_address_that_the_vehicle_is_heard_at_is_tried_first() -> None:
+def test_the_address_that_the_vehicle_is_received_at_is_tried_first() -> None:
     system = NetworkSystem("otter", parts={("udp", "1"): "at 10.1.0.2:6002"})
     services = "ftp://10.0.9.7:30021/;ftp://10.1.0.2:30021/;imc+udp://10.1.0.2:6002/"
     system.store_latest(imc.Announce(sys_name="otter", services=services))

@@ -9,7 +9,7 @@ from shoal.network import UDPLink, ZenohLink
 from shoal.network.system_table import FORGOTTEN, FRESH, NetworkSystem, NetworkSystemTable
 
 
-def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> None:
+def test_the_link_that_brings_all_messages_is_received_while_it_brings_any() -> None:
     udp, zenoh, system = UDPLink(), ZenohLink([]), NetworkSystem("lauv-noptilus-1")
     system.links = {"udp": udp, "zenoh": zenoh}
     now = time.monotonic()
@@ -21,7 +21,7 @@ def test_the_link_that_brings_all_messages_is_heard_while_it_brings_any() -> Non
     assert system.accepts_link(udp)
 
 
-def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_heard() -> None:
+def test_a_second_vehicle_of_one_name_counts_as_long_as_it_is_received() -> None:
     systems = NetworkSystemTable()
     otter = systems.find_or_add("otter")
     assert otter is not None

@@ -75,7 +75,7 @@ def test_a_link_names_whatever_opens_no_session_and_tries_again(
 
 
 @pytest.mark.parametrize("whose", ["", "foreign"])
-def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, openssl: str, tmp_path: Path) -> None:
+def test_a_rejection_is_reported_and_not_that_nobody_listens(whose: str, openssl: str, tmp_path: Path) -> None:
     """A client without a certificate, and with one of another authority."""
     for folder in (tmp_path, tmp_path / "foreign"):
         folder.mkdir(exist_ok=True)
@@ -109,7 +109,7 @@ def test_who_is_turned_away_is_told_so_and_not_that_nobody_listens(whose: str, o
 
 
 @pytest.mark.heavy
-def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_heard_over_zenoh_and_does_not_answer() -> None:
+def test_the_doctor_names_the_list_of_commanders_of_a_vehicle_that_is_received_over_zenoh_and_does_not_answer() -> None:
     port = local_port()
     config = ZenohConfig(local_port=port, scouting="none", vehicle="pole")
     vehicle = ZenohTransport(config, lambda _: "pole", lambda *_: "Navigation", part=ProcessPart("pole", 0x1A, 1))

@@ -101,7 +101,7 @@ PAIR = "vehicles: {a: {profile: otter}, b: {profile: otter}}\nlinks: [{between: 
         ),
     ],
 )
-def test_mistakes_are_told_with_file_and_line(document, text, line, reason):
+def test_mistakes_are_reported_with_file_and_line(document, text, line, reason):
     with pytest.raises(ScenarioFileError) as caught:
         document(begin=text).scenario()
     assert f"trial.scenario.yaml:{line}: " in str(caught.value)
@@ -122,7 +122,7 @@ def test_mistakes_are_told_with_file_and_line(document, text, line, reason):
         ({"limit": float("inf")}, 7, "not a duration"),
     ],
 )
-def test_a_wrong_value_is_told_with_the_line_that_it_replaces(document, values, line, reason):
+def test_a_wrong_value_is_reported_with_the_line_that_it_replaces(document, values, line, reason):
     begin = (
         "vehicle:\n  profile: otter\n  seed: 3\n  parameters: {Simulators.GPS: {HACC: 3}}\n"
         "expect:\n  - {always: SimulatedState.z < 3}\nlimit: 3 s\n"
@@ -141,7 +141,7 @@ def test_a_wrong_value_is_told_with_the_line_that_it_replaces(document, values, 
         "events:\n  - {when: 'SimulatedState[GSP].z < 3', abort: true}",
     ],
 )
-def test_an_entity_that_the_vehicle_lacks_is_told_before_the_run(document, text):
+def test_an_entity_that_the_vehicle_lacks_is_reported_before_the_run(document, text):
     made, said = document(text), "trial.scenario.yaml:5: otter has no entity with the label 'GSP' (did you mean 'GPS'?)"
     with pytest.raises(ScenarioFileError, match=re.escape(said)):
         made.dry_run()

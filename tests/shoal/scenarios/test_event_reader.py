@@ -171,7 +171,7 @@ def test_a_crash_is_an_event_and_the_run_goes_on(told):
     assert any("crashed on purpose" in text and "restarting" in text for text in texts["otter"])
 
 
-def test_an_event_that_does_not_happen_is_told(play):
+def test_an_event_that_does_not_happen_is_reported(play):
     text = """
     events:
       - {when: SimulatedState.z > 50, abort: true}
@@ -246,7 +246,7 @@ def test_events_that_cannot_be_read(document, event, words):
         ("{at: 1 s, message: {abbrev: Temperature, src: nobody}}", "there is no system 'nobody'"),
     ],
 )
-def test_events_that_the_vehicle_cannot_have_are_told_before_the_run(document, event, words):
+def test_events_that_the_vehicle_cannot_have_are_reported_before_the_run(document, event, words):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:5: .*{words}"):
         document(f"events:\n  - {event}", SHORT.replace("otter", "lauv-noptilus-1")).dry_run()
 
@@ -277,7 +277,7 @@ def test_of_overlapping_settings_and_leaks_the_latest_counts_and_nothing_stays(t
     ]
 
 
-def test_a_fault_that_changed_nothing_is_told(play):
+def test_a_fault_that_changed_nothing_is_reported(play):
     text = """
     limit: 3 s
     events:
@@ -288,7 +288,7 @@ def test_a_fault_that_changed_nothing_is_told(play):
     assert warning.endswith("yaml:4: fault of Simulators.GPS: silent, Temperature: this changed nothing")
 
 
-def test_a_battery_that_has_less_is_not_drained_and_that_is_told(told):
+def test_a_battery_that_has_less_is_not_drained_and_that_is_reported(told):
     begin = "vehicle: {profile: otter, start: {level: 40 %}}\nlimit: 3 s\n"
     result, texts = told("events: [{at: 1 s, drain: 50 %}, {at: 2 s, drain: 30 %}]", begin)
     assert [warning.partition(".yaml:")[2] for warning in result.warnings] == [

@@ -157,7 +157,7 @@ def test_includes_of_includes_and_several(own):
         ("    events:\n", "    events: 3\n    expect:\n", "own.scenario.yaml:15", "expected one of metric"),
     ],
 )
-def test_mistakes_are_told_with_file_and_line(own, old, new, where, reason):
+def test_mistakes_are_reported_with_file_and_line(own, old, new, where, reason):
     own.write_text(OWN.replace(old, new))
 
     def load_all():

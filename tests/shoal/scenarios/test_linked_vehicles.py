@@ -69,7 +69,7 @@ def test_two_vehicles_of_one_profile_hear_each_other_until_the_link_is_cut(play,
         assert ("fault of Simulators.GPS: silent" in texts) == (name == "lauv-noptilus-2")
 
 
-def test_beyond_the_range_and_without_a_link_nothing_is_heard(play, tmp_path):
+def test_beyond_the_range_and_without_a_link_nothing_is_received(play, tmp_path):
     text = "links: [{between: [lauv-noptilus-1, otter], range: 20 m}]"
     result = play(text, PAIR.replace("limit: 30 s", "limit: 5 s"), log_root=tmp_path / "a")
     assert result.metrics["lauv-noptilus-1-otter: received"] == 0.0

@@ -79,7 +79,7 @@ def test_an_event_is_repeated_when_its_condition_begins_to_hold_again(play, tmp_
         ("{at: 1 s, evry: 9 s, abort: true}", "unknown key 'evry' (did you mean 'every'?)"),
     ],
 )
-def test_mistakes_of_repeated_events_are_told_with_their_line(document, event, reason):
+def test_mistakes_of_repeated_events_are_reported_with_their_line(document, event, reason):
     with pytest.raises(ScenarioFileError, match=rf"trial.scenario.yaml:5: {re.escape(reason)}"):
         document(f"events:\n  - {event}", BOAT).scenario()
 
@@ -133,7 +133,7 @@ def test_mistakes_of_repeated_events_are_told_with_their_line(document, event, r
         ("expect: [{always: GpsFix.lat < 3 furlongs}]", 4, "there is no unit 'furlongs', at character 16"),
     ],
 )
-def test_mistakes_are_told_with_their_line(document, text, line, reason):
+def test_mistakes_are_reported_with_their_line(document, text, line, reason):
     with pytest.raises(ScenarioFileError) as caught:
         document(text, BOAT).scenario()
     assert f"trial.scenario.yaml:{line}: " in str(caught.value)

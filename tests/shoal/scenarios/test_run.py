@@ -145,7 +145,7 @@ class Unable(Task):
         raise ZeroDivisionError("of a kind")
 
 
-def test_a_vehicle_that_cannot_be_built_is_told_before_the_run(document, tmp_path):
+def test_a_vehicle_that_cannot_be_built_is_reported_before_the_run(document, tmp_path):
     profile = tmp_path / "own.ini"
     profile.write_text(f"[Require otter.ini]\n[{__name__}.Unable]\nEnabled = Simulation\n[General]\nVehicle = own\n")
     made = document("expect: [{always: SimulatedState.z < 9 m}]", "vehicle: {profile: own.ini}\n")
@@ -171,7 +171,7 @@ class Careless(Task):
         self.publish(imc.Depth(value="deep"))
 
 
-def test_a_message_that_cannot_be_is_told_with_the_place_of_the_task_that_made_it(play, tmp_path):
+def test_a_message_that_cannot_be_is_reported_with_the_place_of_the_task_that_made_it(play, tmp_path):
     profile = tmp_path / "own.ini"
     profile.write_text(f"[Require otter.ini]\n[{__name__}.Careless]\nEnabled = Simulation\n[General]\nVehicle = own\n")
     error = play("", "vehicle: {profile: own.ini}\n").error
@@ -200,7 +200,7 @@ def test_a_broken_task_that_no_vehicle_has_stops_no_scenario(tmp_path):
     assert (done.stdout, done.stderr) == ("True \n", "")
 
 
-def test_a_log_that_cannot_be_written_is_told(play, tmp_path):
+def test_a_log_that_cannot_be_written_is_reported(play, tmp_path):
     (tmp_path / "file").write_text("")
     result = play(log_root=tmp_path / "file")
     assert result.passed
@@ -210,7 +210,7 @@ def test_a_log_that_cannot_be_written_is_told(play, tmp_path):
     assert result.warnings[0].startswith("the log of otter is not complete: ")
 
 
-def test_the_log_of_a_plan_is_told_and_all_logs_are_hashed(play, tmp_path):
+def test_the_log_of_a_plan_is_reported_and_all_logs_are_hashed(play, tmp_path):
     result = play("", DIVE, log_root=tmp_path / "log")
     assert result.logs["lauv-noptilus-1"].name.endswith("_dive")
     logs = sorted((tmp_path / "log" / "lauv-noptilus-1").glob("*/*/Data.lsf.gz"))
@@ -219,7 +219,7 @@ def test_the_log_of_a_plan_is_told_and_all_logs_are_hashed(play, tmp_path):
     assert hashlib.sha256(data).hexdigest() == result.hashes["lauv-noptilus-1"]
 
 
-def test_the_data_of_a_log_has_the_hash_that_is_told(play, tmp_path):
+def test_the_data_of_a_log_has_the_hash_that_is_reported(play, tmp_path):
     result = play(log_root=tmp_path / "log")
     (data,) = result.logs["otter"].glob("Data.lsf*")
     assert hashlib.sha256(gzip.decompress(data.read_bytes())).hexdigest() == result.hashes["otter"]

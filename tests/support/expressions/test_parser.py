@@ -86,7 +86,7 @@ def test_trees(text, tree):
         ("-" * 60 + "1", "is nested more than 50 times", 51),
     ],
 )
-def test_a_mistake_is_told_with_its_place(text, reason, at):
+def test_a_mistake_is_reported_with_its_place(text, reason, at):
     with pytest.raises(ExpressionError) as caught:
         parse_tree(text)
     assert caught.value.reason == reason

@@ -193,7 +193,7 @@ def test_a_console_without_a_clock_steers(time):
     assert min(m.value for m in run.of(imc.DesiredSpeed)[10:]) == pytest.approx(70.0)
 
 
-def test_a_console_is_told_what_there_is():
+def test_a_console_is_reported_what_there_is():
     query = imc.RemoteActionsRequest(timestamp=1.0, src=CCU, src_ent=3, op=imc.RemoteActionsRequest.Op.QUERY)
     begun, answer = steered(query, query.replace(dst=OWN + 1)).of(imc.RemoteActionsRequest)
     assert (begun.dst, answer.dst, answer.dst_ent, answer.op) == (0xFFFF, CCU, 3, imc.RemoteActionsRequest.Op.REPORT)

@@ -59,7 +59,7 @@ def test_loiter_counts_from_the_circle():
     assert (path.lradius, path.flags) == (15.0, 0)
 
 
-def test_loiter_is_never_too_small_and_turns_as_it_is_told():
+def test_loiter_is_never_too_small_and_turns_as_it_is_reported():
     run = flown(imc.Loiter(**at(20, 0), radius=2, duration=5, direction=imc.Loiter.Direction.CCLOCKW), seconds=40)
     path = run.of(imc.DesiredPath)[0]
     assert (path.lradius, path.flags) == (10.0, imc.DesiredPath.Flags.CCLOCKW)

@@ -51,7 +51,7 @@ def test_a_full_disk_and_a_busy_processor_are_faults(tmp_path, monkeypatch):
     assert "the processor is busy: 100 %" in entity.description
 
 
-def test_a_disk_that_does_not_answer_is_told(tmp_path, monkeypatch):
+def test_a_disk_that_does_not_answer_is_reported(tmp_path, monkeypatch):
     def fail(path):
         raise OSError(5, "Input/output error")
 

@@ -93,7 +93,7 @@ def at(seconds, **fields):
     return imc.EstimatedState(timestamp=seconds, **fields)
 
 
-def test_limits_are_told_at_the_start_and_when_asked():
+def test_limits_are_reported_at_the_start_and_when_asked():
     run = simulate(
         OperationalLimits,
         [imc.GetOperationalLimits(timestamp=1.0, src=CCU, dst=OWN)],

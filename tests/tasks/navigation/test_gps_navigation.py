@@ -161,7 +161,7 @@ def test_the_reference_follows_far_away():
     assert max(errors(run, 30.0, stream=(10.0, 0.0))) < 1.5
 
 
-def test_only_the_named_entity_is_heard():
+def test_only_the_named_entity_is_received():
     fixes = [m for m in sensors(5.0)]
     run = navigate(fixes, gps="GPS")
     assert run.of(imc.NavigationUncertainty) == []

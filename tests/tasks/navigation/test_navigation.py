@@ -183,7 +183,7 @@ def test_what_cannot_be_is_refused_and_said():
         assert all(math.isfinite(value) for value in state.to_dict().values() if isinstance(value, float))
 
 
-def test_only_the_entities_that_are_named_are_heard():
+def test_only_the_entities_that_are_named_are_received():
     run = simulate(Navigation, feed=sensors(8.0))
     assert run.of(imc.EstimatedState)[-1].depth == 0.0
     assert run.task.entity.state is State.ERROR

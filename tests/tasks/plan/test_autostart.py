@@ -67,7 +67,7 @@ def test_it_leaves_the_plan_of_somebody_else_alone(state: Phase) -> None:
     assert done.task.entity.description == "another plan was started"
 
 
-def test_a_refusal_is_told() -> None:
+def test_a_refusal_is_reported() -> None:
     done = run(
         (1.0, imc.VehicleState(op_mode=SERVICE)),
         (2.0, imc.PlanControlState(state=Phase.READY)),

@@ -141,7 +141,7 @@ def test_a_request_without_answer_is_not_stored_by_the_answer_to_another_one_of_
     assert state.arg.plan_count == 0
 
 
-def test_a_plan_that_is_started_and_cannot_be_kept_is_told_and_harms_nothing():
+def test_a_plan_that_is_started_and_cannot_be_kept_is_reported_and_harms_nothing():
     class Full(DB):
         """A database without space for plans."""
 
@@ -184,7 +184,7 @@ def test_all_plans_together_have_a_limit(monkeypatch):
     assert "all plans together may have" in replies[1].info
 
 
-def test_a_plan_that_is_started_and_finds_no_room_is_told(monkeypatch):
+def test_a_plan_that_is_started_and_finds_no_room_is_reported(monkeypatch):
     monkeypatch.setattr("tasks.plan.store.MOST_PLANS", 0)
     (kept,) = served(*answered(imc.PlanControl(timestamp=1.0, src=CCU, dst=OWN, plan_id="a", arg=A)))
     assert (kept.type, kept.info) == (Type.FAILURE, "database: 0 plans are stored, which is the limit: delete some")

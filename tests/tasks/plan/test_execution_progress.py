@@ -64,7 +64,7 @@ def test_paths_are_those_that_were_recorded(flight):
     ]
 
 
-def test_durations_are_foreseen_and_told_afterwards(flight):
+def test_durations_are_foreseen_and_reported_afterwards(flight):
     before, after = flight.of(imc.PlanStatistics)
     assert before.type == imc.PlanStatistics.Type.PREPLAN
     assert before.durations.startswith(

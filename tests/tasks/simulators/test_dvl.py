@@ -72,7 +72,7 @@ def test_beams_have_ranges():
     assert two.of(imc.GroundVelocity)[-1].validity == 0
 
 
-def test_a_wall_is_heard_instead_of_the_bottom():
+def test_a_wall_is_received_instead_of_the_bottom():
     level = {**MOVING, "phi": 0.0, "theta": 0.0, "psi": 0.0}
     run = measured({"Walls": "-100 3 100 3, 500 500 600 600"}, beams=4, truth=level)
     heard = beams(run)
@@ -88,7 +88,7 @@ def test_a_device_that_looks_up_measures_against_the_surface():
     assert over_ground(run) == pytest.approx((1.2, 0.1, -0.05), abs=1e-6)
 
 
-def test_a_glider_in_a_beam_is_heard_and_its_motion_misleads():
+def test_a_glider_in_a_beam_is_received_and_its_motion_misleads():
     level = {**MOVING, "phi": 0.0, "theta": 0.0, "psi": 0.0}
     across = 5.0 * math.tan(math.radians(30.0)) * math.sqrt(0.5)
     glider = {"Objects": "Whale", "Gliders": "none"}
@@ -135,7 +135,7 @@ def test_a_tilted_device_looks_for_the_bottom_where_it_points():
     assert lowered.of(imc.GroundVelocity)[-1].validity == 0
 
 
-def test_distances_have_the_noise_that_is_told():
+def test_distances_have_the_noise_that_is_reported():
     run = measured(beams=4, beam_noise=0.1, seconds=60.0)
     values = [m.value for m in run.of(imc.Distance)]
     first = values[::4]

@@ -130,7 +130,7 @@ def test_the_bottom_stays_where_it_is_when_a_fix_moves_the_vehicle_and_is_that_o
     assert run.log.count("grounded in 0.5 m of water") == 2
 
 
-def test_a_start_below_the_bottom_is_told():
+def test_a_start_below_the_bottom_is_reported():
     sea = MODELS | {"Bathymetry": {"Latitude (degrees)": "41.185", "Longitude (degrees)": "-8.7062", "Data": "0 0 4"}}
     here = HERE.replace(lat=math.radians(41.185), lon=math.radians(-8.7062))
 

@@ -85,7 +85,7 @@ def test_it_has_the_last_word():
     assert len(answers) > 39, "each command has its answer"
 
 
-def test_it_lets_go_when_all_is_heard_and_the_vehicle_is_at_the_surface():
+def test_it_lets_go_when_all_is_received_and_the_vehicle_is_at_the_surface():
     states = [*every(imc.EstimatedState, 0.05, 1.0), *every(imc.EstimatedState, 0.05, 20.0, begin=8.0)]
     depths = [imc.Depth(timestamp=0.1 * k, value=max(0.0, 10.0 - 0.1 * k)) for k in range(200)]
     run = guarded(*states, *depths, seconds=20.0)

@@ -50,7 +50,7 @@ def live(folder, *messages, seconds=0.05, wall=True):
     return own[-1].max_depth, log
 
 
-def test_limits_of_an_operator_survive_a_restart_and_are_told(tmp_path):
+def test_limits_of_an_operator_survive_a_restart_and_are_reported(tmp_path):
     assert live(tmp_path)[0] == 50.0
     assert live(tmp_path, LIMITS)[0] == 7.0
     depth, log = live(tmp_path)
@@ -112,14 +112,14 @@ def test_only_listed_messages_are_stored_and_nothing_is_copied_elsewhere(tmp_pat
 
 
 @pytest.mark.heavy
-def test_a_full_or_forbidden_disk_is_told(tmp_path):
+def test_a_full_or_forbidden_disk_is_reported(tmp_path):
     (tmp_path / "lauv").write_text("a file where a folder should be")
     _, log = live(tmp_path, LIMITS, seconds=1.3)
     assert any("the cache cannot be written" in line for line in log)
 
 
 @pytest.mark.heavy
-def test_a_full_disk_is_told_with_the_file_that_did_not_fit(tmp_path):
+def test_a_full_disk_is_reported_with_the_file_that_did_not_fit(tmp_path):
     with largest_file(10):
         _, log = live(tmp_path, LIMITS, seconds=1.3)
     path = tmp_path / "lauv" / "Cache" / "OperationalLimits.imc"

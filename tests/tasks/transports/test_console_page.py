@@ -87,7 +87,7 @@ def test_without_a_program_that_serves_it_there_is_no_page(run):
     assert task.entity.description == "not served: `shoal run` serves the page"
 
 
-def test_a_page_that_must_not_be_served_is_told_once_and_tried_again(run, monkeypatch):
+def test_a_page_that_must_not_be_served_is_reported_once_and_tried_again(run, monkeypatch):
     monkeypatch.setattr("tasks.transports.imc_links.port_search.RETRY", 0.05)
     sockets = []
     has_user = threading.Event()

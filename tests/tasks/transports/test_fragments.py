@@ -33,7 +33,7 @@ def test_missing_pieces_are_asked_for_once():
     assert len(run.task._assembler) == 0
 
 
-def test_damaged_pieces_are_told_once_of_each_sender():
+def test_damaged_pieces_are_reported_once_of_each_sender():
     bad = imc.MessagePart(uid=1, frag_number=5, num_frags=2, data=b"x", dst=VEHICLE)
     feed = [bad.replace(src=source, timestamp=0.01 * n) for source in (CONSOLE, 0x4001) for n in range(1, 50)]
     run = simulate(Fragments, feed, seconds=2.0)

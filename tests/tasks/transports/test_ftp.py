@@ -126,7 +126,7 @@ def test_a_console_finds_and_downloads_a_log(serve):
     assert soon(lambda: client.server.counts == {"sent": 3})
 
 
-def test_the_space_on_the_disk_is_told(serve):
+def test_the_space_on_the_disk_is_reported(serve):
     code, free, total = serve().sendcmd("USPC").split()
     assert code == "258"
     assert 0 < int(free) <= int(total)

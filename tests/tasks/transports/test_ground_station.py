@@ -182,7 +182,7 @@ def test_a_plan_in_a_rejected_request_leaves_the_stored_plan_of_its_name(console
     assert console.ask(plan_db(ops.GET, "survey"), imc.PlanDB, settled).arg.description == "accepted"
 
 
-def test_limits_are_told_and_changed(console):
+def test_limits_are_reported_and_changed(console):
     limits = console.ask(imc.GetOperationalLimits(), imc.OperationalLimits)
     wish = limits.replace(max_speed=1.5, mask=limits.mask | imc.OpLimitsMask.MAX_SPEED, timestamp=-1.0)
     console.send(wish.replace(src=CONSOLE, src_ent=UNKNOWN_ENTITY, dst_ent=UNKNOWN_ENTITY))

@@ -179,7 +179,7 @@ def test_a_postponed_log_begins_with_the_label_of_the_last_request_and_the_plan(
     assert imc.Log(last).counts()["PlanSpecification"] == 1
 
 
-def test_a_folder_that_cannot_be_made_is_told_without_a_traceback(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_reported_without_a_traceback(tmp_path: Path) -> None:
     (tmp_path / "log").write_text("in the way")
     assert flown("lauv-noptilus-1", tmp_path).completed
 

@@ -36,7 +36,7 @@ def disturb(change: Callable[[], object], repair: Callable[[], object]) -> Calla
     return disturbance
 
 
-def test_full_disk_is_told_survived_and_forgotten(tmp_path: Path) -> None:
+def test_full_disk_is_reported_survived_and_forgotten(tmp_path: Path) -> None:
     with largest_file() as limit:
         run = simulate(
             [(Logging, {"flush_interval": 1.0}), Whistle],

@@ -187,7 +187,7 @@ def test_the_warning_names_the_port_that_is_free():
     assert unsigned.partition(": MAVLink")[0] == moved.partition("connect to ")[2]
 
 
-def test_arming_is_told_at_once_on_all_links():
+def test_arming_is_reported_at_once_on_all_links():
     async def script(control):
         one, other = Station(control, ports[0]), Station(control, ports[1])
         await one.meet()
@@ -309,7 +309,7 @@ def test_module_needs_no_pymavlink_until_the_task_starts():
 
 
 @pytest.mark.parametrize("part", ["SigningKeys", "LinkSet", "TelemetryLogs"])
-def test_a_start_that_fails_is_told_once_and_leaves_nothing_behind(part, monkeypatch, tmp_path, caplog):
+def test_a_start_that_fails_is_reported_once_and_leaves_nothing_behind(part, monkeypatch, tmp_path, caplog):
     """It is tried again; what was not made yet is not missed when the task stops."""
     made, failures = getattr(ground_links, part), [OSError("no space left"), OSError("no space left")]
 

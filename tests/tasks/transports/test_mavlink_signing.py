@@ -253,7 +253,7 @@ def test_a_time_that_cannot_be_read_is_named_at_the_start(key, tmp_path, content
 
 
 @pytest.mark.heavy
-def test_a_disk_that_takes_nothing_is_told_once(key, tmp_path):
+def test_a_disk_that_takes_nothing_is_reported_once(key, tmp_path):
     (tmp_path / "db").write_text("no folder")
     log = sail_for(8.0, 1_790_000_000.0, tmp_path / "db", f"udpout://{HOST}:{free_port()}?key={key}")
     (line,) = [line for line in log if "signatures" in line]

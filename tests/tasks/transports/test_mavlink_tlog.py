@@ -211,7 +211,7 @@ def logs(tmp_path):
 told = []
 
 
-def test_a_full_disk_is_told_once_survived_and_costs_no_frame(logs, tmp_path):
+def test_a_full_disk_is_reported_once_survived_and_costs_no_frame(logs, tmp_path):
     send = logs.recording_transmit(ARDUPILOT, lambda sent: sent, lambda: 1.7e9)
     logs.set_folder(tmp_path)
     with largest_file() as limit:

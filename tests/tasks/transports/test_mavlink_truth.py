@@ -164,7 +164,7 @@ def test_a_mission_that_is_uploaded_in_flight_is_not_flown_until_it_is_started(f
     assert away(flown, 0, 90) < 45.0
 
 
-def test_what_cannot_be_started_is_told_at_the_upload(flown):
+def test_what_cannot_be_started_is_reported_at_the_upload(flown):
     console = Console(flown)
     result, texts = console.upload((60_000, 0), z=flown.z)
     assert result == ACCEPTED, "the vehicle may still be on its way there"

@@ -99,7 +99,7 @@ def test_a_computer_on_board_has_our_id_with_right():
     assert not any(FAULT in text for text in run.log)
 
 
-def test_many_twins_are_told_once_each_and_the_last_ones_are_not_forgotten():
+def test_many_twins_are_reported_once_each_and_the_last_ones_are_not_forgotten():
     async def script(control):
         for _ in range(20):
             station = Station(control, system=OURS)

@@ -32,7 +32,7 @@ def test_an_opened_vehicle_is_found_by_every_way_and_says_so(namespace, tmp_path
 
 
 @pytest.mark.heavy
-def test_by_default_nothing_leaves_the_computer_and_nobody_is_heard(namespace, tmp_path):
+def test_by_default_nothing_leaves_the_computer_and_nobody_is_received(namespace, tmp_path):
     found, log = scene(namespace, tmp_path, "127.0.0.1")
     assert found == {"multicast": [], "broadcast": [], "unicast": [], "states": 0}
     assert "console" not in log

@@ -95,7 +95,7 @@ def test_own_log_replayed_and_recorded_again(tmp_path: Path) -> None:
     assert after == before
 
 
-def test_damage_is_passed_and_told(tmp_path: Path) -> None:
+def test_damage_is_passed_and_reported(tmp_path: Path) -> None:
     good = [imc.encode(begin()), *(imc.encode(at(n / 10, imc.Voltage, value=n)) for n in range(20))]
     parts = [*good[:5], b"\x54\xfe garbage", *good[5:12], good[12][:9], *good[12:]]
     run = play(write_log(tmp_path, *parts))
@@ -145,7 +145,7 @@ def test_timeline_without_times() -> None:
     ]
 
 
-def test_message_that_is_another_one_here_is_left_out_and_told(tmp_path: Path) -> None:
+def test_message_that_is_another_one_here_is_left_out_and_reported(tmp_path: Path) -> None:
     schema = imc.load(DEFINITIONS / "imc-5.4.31.yaml")
     gpio, heartbeat, batch = (schema[name] for name in ("GpioStateGet", "Heartbeat", "MsgList"))
     assert gpio.ID == imc.EstimatedMugState.ID
@@ -249,7 +249,7 @@ def test_end_of_the_log_ends_the_vehicle(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [None, b"not xml <"])
-def test_what_cannot_be_played_is_told(tmp_path: Path, content: bytes | None) -> None:
+def test_what_cannot_be_played_is_reported(tmp_path: Path, content: bytes | None) -> None:
     path = tmp_path / "missing"
     if content is not None:
         path = write_log(tmp_path / "bad", at(0.0))

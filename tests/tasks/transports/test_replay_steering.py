@@ -106,7 +106,7 @@ def test_entities_by_label(log: Path) -> None:
         ({"replay_entities": ["GPX"]}, "there is no entity 'GPX'; did you mean GPS"),
     ],
 )
-def test_what_the_log_does_not_have_is_told(log: Path, choice: dict[str, Any], reason: str) -> None:
+def test_what_the_log_does_not_have_is_reported(log: Path, choice: dict[str, Any], reason: str) -> None:
     run = play(log, **choice)
     assert run.task.entity.state == State.FAILURE
     assert any(text.startswith(reason) for text in run.log)

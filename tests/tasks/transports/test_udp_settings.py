@@ -145,7 +145,7 @@ def test_only_in_mode_simulation_the_radio_is_simulated():
         assert (done.task.reach is not None) == limited
 
 
-def test_a_taken_port_gives_the_next_and_opened_networks_are_told(tmp_path):
+def test_a_taken_port_gives_the_next_and_opened_networks_are_reported(tmp_path):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("", 0))
         port = taken.getsockname()[1]

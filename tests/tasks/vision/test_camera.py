@@ -214,7 +214,7 @@ def test_impossible_cameras_are_refused(options, words):
         ({"distortion": [-0.4], "field_of_view": 40.0}, []),
     ],
 )
-def test_a_lens_that_folds_within_the_image_is_told_with_the_angle(options, said):
+def test_a_lens_that_folds_within_the_image_is_reported_with_the_angle(options, said):
     run = simulate(Camera, feed=states(), **options)
     assert [text for text in run.log if "fold" in text] == said
     assert (run.frames[0].image[0, 0, 3] == 0) == bool(said)

@@ -156,7 +156,7 @@ def test_pictures_are_taken_on_request(tmp_path):
     assert float(told["yaw"]) == pytest.approx(math.degrees(0.5), abs=1e-3)
 
 
-def test_a_picture_is_told_below_a_relative_folder(tmp_path, monkeypatch):
+def test_a_picture_is_reported_below_a_relative_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     started = imc.LoggingControl(op=imc.LoggingControl.Op.STARTED, name="20260101/000000")
     feed = [started, *states(), ask(0.9)]

@@ -201,7 +201,7 @@ def test_a_row_that_cannot_be_is_left_out(row, said, tmp_path):
     assert run.log[0].endswith(said)
 
 
-def test_pictures_that_are_all_earlier_than_the_run_are_told(tmp_path):
+def test_pictures_that_are_all_earlier_than_the_run_are_reported(tmp_path):
     run = played(tum(tmp_path), times="As Recorded")
     assert run.log == [f"{tmp_path}: all pictures are earlier than the run: use Times = From Start"]
     assert run.task.entity.description.endswith("0 failed; all pictures are earlier than the run")

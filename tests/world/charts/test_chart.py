@@ -37,7 +37,7 @@ def test_the_option_wins_over_a_name(tmp_path):
     assert read_chart(tmp_path / "chart.nc", WINDOW, None, "up").soundings[2].min() > 20.0
 
 
-def test_gaps_take_the_nearest_depths_and_are_told_beyond_their_radius(tmp_path):
+def test_gaps_take_the_nearest_depths_and_are_reported_beyond_their_radius(tmp_path):
     path, depths = tmp_path / "chart.tif", floor_of_grid()
     write_geotiff(path, -depths.astype("f4"))
     whole = read_chart(path, WINDOW)
@@ -86,7 +86,7 @@ def test_a_missing_library_is_named_with_its_extra(tmp_path, monkeypatch, name, 
         read_chart(tmp_path / name, WINDOW)
 
 
-def test_a_library_that_cannot_be_loaded_is_told_with_the_reason(tmp_path, monkeypatch):
+def test_a_library_that_cannot_be_loaded_is_reported_with_the_reason(tmp_path, monkeypatch):
     (tmp_path / "broken_charts.py").write_text("raise ImportError('libexpat.so.1: cannot open shared object file')")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(BathymetryError, match=r"^a test needs broken_charts, which cannot be loaded: libexpat"):

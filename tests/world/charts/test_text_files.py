@@ -87,7 +87,7 @@ def test_a_sounding_without_depth_is_none(tmp_path):
     assert np.isfinite(read_chart(path, WINDOW).soundings).all()
 
 
-def test_latitude_before_longitude_is_told(tmp_path):
+def test_latitude_before_longitude_is_reported(tmp_path):
     path = write(tmp_path / "chart.xyz", [(y, x, z) for x, y, z in ROWS])
     with pytest.raises(BathymetryError, match="has latitude before longitude: name its columns in a first line"):
         read_chart(path, WINDOW)

@@ -139,7 +139,7 @@ def test_an_id_is_kept_while_the_glider_is_out_of_sight_and_never_used_again():
     assert seen(tracker, [[(1, 1)]] * 3)[-1] == [3]
 
 
-def test_gliders_beside_each_other_are_told_apart_also_in_another_order():
+def test_gliders_beside_each_other_are_distinguished_also_in_another_order():
     pictures = [[(0, 0), (0, 1.5)], [(0, 1.5), (0, 0)]] * 3
     tracker = Tracker(DetectionAccuracy(place=0.0), TrackerSettings(least_separation=0.8))
     assert seen(tracker, pictures)[2:] == [[1, 2]] * 4

@@ -130,7 +130,7 @@ def test_the_translation_moves_the_picture():
     assert v == pytest.approx(300 + camera.f_px * 0.5 / 9.0)
 
 
-def test_what_is_not_in_the_picture_is_left_out_and_told():
+def test_what_is_not_in_the_picture_is_left_out_and_reported():
     ahead = [0.0, 0.0, 10.0]
     points = [ahead, [0.0, 0.0, -10.0], [9.0, 0.0, 10.0], [0.0, 0.0, 0.0], [np.nan, 0.0, 5.0], ahead]
     camera = Camera(tick=Still(points).tick)
@@ -193,7 +193,7 @@ def test_impossible_mounts(turn):
 
 
 @pytest.mark.parametrize("shape", [(2, 2), (3,)])
-def test_points_of_a_wrong_shape_are_told(shape):
+def test_points_of_a_wrong_shape_are_reported(shape):
     with pytest.raises(ValueError, match=re.escape(f"shape {shape} instead of (3, N)")):
         Camera(tick=lambda capture, n, Ts: np.zeros(shape)).read(Quadrotor(), 0, 0.01)
 

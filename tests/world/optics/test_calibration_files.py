@@ -164,7 +164,7 @@ def test_bad_files_are_refused_with_the_field(write, content, words):
         ("cam0", "intrinsics", [-1.0, 1.0, 1.0, 1.0], 1, "focal lengths of -1 and 1 px are not positive"),
     ],
 )
-def test_a_bad_field_is_told_with_its_line(write, camera, field, value, line, words):
+def test_a_bad_field_is_reported_with_its_line(write, camera, field, value, line, words):
     plain = {"camera_model": "pinhole", "intrinsics": [9.0, 9.0, 4.0, 4.0], "distortion_model": "none"}
     lines = list[str]()
     for name in ("cam0", "cam1"):

@@ -175,7 +175,7 @@ def test_gliders_without_numbers_get_theirs_in_their_order():
     assert set(np.unique(found.instances)) == {0, 1, 2}
 
 
-def test_a_glider_behind_another_is_told_with_nothing_visible():
+def test_a_glider_behind_another_is_reported_with_nothing_visible():
     found = Labeler(FISHEYE).labels(ScenePose(0.0, 0.0, 3.0, 5.0), (Glider(0.0, 0.0, 1.5), Glider(0.0, 0.0)))
     above, below = found.boxes
     assert (below.area, below.occluded_share, below.box) == (0, 1.0, (0, 0, 0, 0))

@@ -87,7 +87,7 @@ UP, DOWN, EAST = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
         ((30.0, 0.0, 15.0), DOWN, "Glider 2", 5.0 - 0.08),
     ],
 )
-def test_the_nearest_is_heard(start, direction, what, distance):
+def test_the_nearest_is_received(start, direction, what, distance):
     echo = nearest_echo(WORLD, SonarBeam(start, direction), 2.0, (0.3, 0.0, 0.0), 0.0, 100.0)
     assert (echo.source, echo.distance) == (what, pytest.approx(distance))
     moved = {"surface": 0.3, "Glider 1": 0.5}

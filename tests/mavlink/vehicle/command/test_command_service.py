@@ -246,7 +246,7 @@ def test_answers_that_are_no_longer_needed_are_forgotten(desk):
     assert not desk.endpoint.commands._pending[desk.session]
 
 
-def test_a_vehicle_that_does_not_answer_is_told_after_some_seconds(desk):
+def test_a_vehicle_that_does_not_answer_is_reported_after_some_seconds(desk):
     desk.answers = False
     desk.locate()
     desk.endpoint.update_state(MANEUVER, "", desk.now)

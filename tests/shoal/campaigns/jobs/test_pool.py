@@ -143,7 +143,7 @@ def test_a_job_that_kills_two_processes_is_a_result():
 
 
 @pytest.mark.heavy
-def test_a_job_that_hangs_ends_at_the_limit_and_is_told_where():
+def test_a_job_that_hangs_ends_at_the_limit_and_is_reported_where():
     with ProcessPool(2, make_runner=Trial, wall_limit=0.5) as pool:
         told = {job.key: result for job, result in pool.run(jobs("hang", "tell", "tell"))}
     assert told[0].error.startswith("not done after 0.5 s of wall time: in ")

@@ -95,7 +95,7 @@ def test_the_page_says_all_and_needs_no_network(data):
 
 
 @pytest.mark.heavy
-def test_a_choice_is_told_by_what_was_drawn(data):
+def test_a_choice_is_reported_by_what_was_drawn(data):
     sensors = ("DVL", "<GPS>", "IMU")
     rows = {run: row | {"values.events/0/silent": sensors[run % 3]} for run, row in data.rows.items()}
     for run, row in rows.items():

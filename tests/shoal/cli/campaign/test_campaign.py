@@ -98,7 +98,7 @@ def test_it_goes_on_where_it_was_and_compares_pairs(place):
 
 
 @pytest.mark.heavy
-def test_runs_that_do_not_count_are_told(place):
+def test_runs_that_do_not_count_are_reported(place):
     words = ("rest.study.yaml", "-j", 0, "-o", "fewer", "--runs")
     assert "more run" not in shoal(*words, 3).output
     fewer = shoal(*words, 1).output
@@ -178,7 +178,7 @@ def test_mistakes_are_one_line_and_status_2(words, said):
     assert "Traceback" not in done.output
 
 
-def test_what_the_vehicle_has_not_got_is_told_before_any_run(place):
+def test_what_the_vehicle_has_not_got_is_reported_before_any_run(place):
     events = "events: [{at: 1 s, leak: Bow}]\n"
     (place / "leak.scenario.yaml").write_text(SCENARIO + events)
     (place / "leak.study.yaml").write_text(STUDY.replace("rest.", "leak."))
@@ -188,7 +188,7 @@ def test_what_the_vehicle_has_not_got_is_told_before_any_run(place):
     assert not (place / "leak").exists()
 
 
-def test_a_choice_that_the_vehicle_has_not_got_is_told_before_any_run(place):
+def test_a_choice_that_the_vehicle_has_not_got_is_reported_before_any_run(place):
     events = "events: [{at: 1 s, silent: Simulators.GPS}]\n"
     (place / "choice.scenario.yaml").write_text(SCENARIO + events)
     study = "scenario: choice.scenario.yaml\nvary:\n  events/0/silent: {choice: [Simulators.GPS, Simulators.GPSS]}\n"

@@ -190,7 +190,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_wrong_cameras_are_told_with_file_and_line(shoal, run, tmp_path, text):
+def test_wrong_cameras_are_reported_with_file_and_line(shoal, run, tmp_path, text):
     (tmp_path / "cameras.ini").write_text(text + "\n")
     done = shoal(run[2][0], "out", "--camera", "cameras.ini")
     assert done.exit_code == 2
@@ -209,7 +209,7 @@ def test_wrong_cameras_are_told_with_file_and_line(shoal, run, tmp_path, text):
         ("[World/One]\nClass = Glider", "world.ini:1: error: nothing reads [World/One] (write 'One' in Objects of [W"),
     ],
 )
-def test_a_wrong_world_is_told_with_file_and_line(shoal, run, tmp_path, text, told):
+def test_a_wrong_world_is_reported_with_file_and_line(shoal, run, tmp_path, text, told):
     (tmp_path / "world.ini").write_text(text + "\n")
     done = shoal(run[2][0], "out", "--camera", run[0], "--world", "world.ini")
     assert done.exit_code == 2
@@ -226,7 +226,7 @@ def without(log, folder, kind):
     return folder
 
 
-def test_what_cannot_be_rendered_is_told(shoal, run, tmp_path):
+def test_what_cannot_be_rendered_is_reported(shoal, run, tmp_path):
     ini, _, (log, _) = run
     for kind in (imc.SimulatedState, imc.EstimatedState):
         done = shoal(without(log, tmp_path / kind.__name__, kind), "out", "--camera", ini)

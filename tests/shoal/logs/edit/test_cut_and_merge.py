@@ -142,7 +142,7 @@ def test_what_stands_in_several_logs_is_written_once(make_log, tmp_path):
     assert merge(logs, tmp_path / "all", keep_copies=True).packets == 6
 
 
-def test_entities_with_two_labels_are_told(make_log, tmp_path):
+def test_entities_with_two_labels_are_reported(make_log, tmp_path):
     logs = [imc.Log(make_log(labels(**{name: 7}), name)) for name in ("GPS", "DVL")]
     (warning,) = merge(logs, tmp_path / "out").warnings
     assert "entity 7 of lauv-noptilus-1 is 'GPS' in" in warning
@@ -170,7 +170,7 @@ def test_definitions_that_contradict_are_refused(make_log, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_damage_is_left_out_and_told(make_log, tmp_path):
+def test_damage_is_left_out_and_reported(make_log, tmp_path):
     one = make_log([imc.encode(at(1)), b"garbage", imc.encode(at(2))], "one", compression="none")
     merged = merge([imc.Log(one), imc.Log(make_log([at(3)], "two"))], tmp_path / "out")
     assert merged.packets == 3

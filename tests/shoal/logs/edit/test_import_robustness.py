@@ -179,7 +179,7 @@ def test_frames_with_impossible_values_cost_only_themselves(tmp_path_factory, va
     assert not log.losses
 
 
-def test_what_is_skipped_is_told_with_file_kind_number_and_time(tmp_path):
+def test_what_is_skipped_is_reported_with_file_kind_number_and_time(tmp_path):
     bad = mavlink.MAVLink_attitude_message(1500, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0)
     (tmp_path / "a.tlog").write_bytes(frames(PLACE, bad, bad, ATTITUDE))
     (tmp_path / "log").mkdir()

@@ -73,7 +73,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_no_plan_is_told_with_the_reason(tmp_path, name):
+def test_what_is_no_plan_is_reported_with_the_reason(tmp_path, name):
     recording, why = WRONG[name]
     log = recording.imported(tmp_path)
     (entry,) = log.messages("LogBookEntry")
@@ -98,7 +98,7 @@ def test_progress_names_the_maneuver_of_the_item(tmp_path):
     assert states[-1].last_outcome == imc.PlanControlState.LastOutcome.SUCCESS
 
 
-def test_commands_are_told_with_their_results_but_not_what_only_asks(tmp_path):
+def test_commands_are_reported_with_their_results_but_not_what_only_asks(tmp_path):
     recording = Recording()
     for command, result in ((512, 4), (400, 0), (22, 2)):
         recording.add(1, mavlink.MAVLink_command_ack_message(command, result))
@@ -110,7 +110,7 @@ def test_commands_are_told_with_their_results_but_not_what_only_asks(tmp_path):
     ]
 
 
-def test_items_that_were_reached_are_told(tmp_path):
+def test_items_that_were_reached_are_reported(tmp_path):
     recording = Recording().mission(*[WAYPOINT] * 3)
     for seq in (1, 2, 65535):
         recording.add(1, mavlink.MAVLink_mission_item_reached_message(seq))
@@ -124,7 +124,7 @@ def test_items_that_were_reached_are_told(tmp_path):
     ]
 
 
-def test_events_are_told_once_by_number_and_those_for_programs_not_at_all(tmp_path):
+def test_events_are_reported_once_by_number_and_those_for_programs_not_at_all(tmp_path):
     """What their numbers mean is in a file of the autopilot; pymavlink's dialect lacks the message."""
     recording, definition = Recording(autopilot=PX4), load_dialect().by_name["EVENT"]
     for sequence, level in ((7, 0x54), (7, 0x54), (8, 0x58), (9, 0x63)):
@@ -138,7 +138,7 @@ def test_events_are_told_once_by_number_and_those_for_programs_not_at_all(tmp_pa
     ]
 
 
-def test_arming_is_told_when_it_changes(tmp_path):
+def test_arming_is_reported_when_it_changes(tmp_path):
     recording = Recording()
     for base in (81, 209, 209, 81):
         recording.add(1, mavlink.MAVLink_heartbeat_message(12, ARDUPILOT, base, 3, 4, 3))

@@ -115,7 +115,7 @@ def test_a_full_disk_leaves_nothing_behind(shoal, tmp_path, form):
     assert not list(tmp_path.iterdir())
 
 
-def test_damage_is_told_and_the_rest_exported(shoal, make_log):
+def test_damage_is_reported_and_the_rest_exported(shoal, make_log):
     packets = [imc.encode(imc.Rpm(value=number, timestamp=1.7e9, **HEADER)) for number in range(9)]
     packets[4] = b"garbage"
     code, said = shoal("export", make_log([*packets, imc.encode(imc.Unknown(id=9999, timestamp=1.7e9))]), "a.csv")
@@ -159,7 +159,7 @@ FLIGHTS = {
 
 
 @pytest.mark.parametrize("name", FLIGHTS)
-def test_the_logs_of_autopilots_are_imported_and_what_is_damaged_is_told(shoal, tmp_path, name):
+def test_the_logs_of_autopilots_are_imported_and_what_is_damaged_is_reported(shoal, tmp_path, name):
     (tmp_path / name).write_bytes(FLIGHTS[name] + bytes(100) + FLIGHTS[name][-100:])
     code, said = shoal("import", name, "flight")
     assert (code, f"bytes of {name} skipped: in no whole record" in said) == (0, True), said

@@ -55,7 +55,7 @@ def damaged(kind):
         ("cut", "warning: damage: packet cut short: 1 place, 10 bytes", 201),
     ],
 )
-def test_damage_is_told_and_repaired(make_log, tmp_path, kind, text, saved):
+def test_damage_is_reported_and_repaired(make_log, tmp_path, kind, text, saved):
     examination = examine_log(make_log(damaged(kind), compression="none"))
     assert text in [f"{finding.severity}: {finding.text}" for finding in examination.findings]
     assert not examination.healthy
@@ -65,7 +65,7 @@ def test_damage_is_told_and_repaired(make_log, tmp_path, kind, text, saved):
 
 
 @pytest.mark.heavy
-def test_a_cut_member_is_told_and_mended(make_log, tmp_path):
+def test_a_cut_member_is_reported_and_mended(make_log, tmp_path):
     """SIGKILL during a write cuts the last member at any byte."""
     path = make_log(good(), block=2000) / "Data.lsf.gz"
     whole = path.read_bytes()
@@ -118,7 +118,7 @@ def test_no_log_at_all(tmp_path, content, text):
     "schema",
     [b"<messages><", b"\x1f\x8bnonsense", b'<!DOCTYPE x [<!ENTITY a "b">]><messages/>', gzip.compress(bytes(1 << 25))],
 )
-def test_bad_definitions_are_told_and_replaced(make_log, tmp_path, schema):
+def test_bad_definitions_are_reported_and_replaced(make_log, tmp_path, schema):
     examination = examine_log(make_log(good(), schema=schema))
     assert "the definitions beside the log are bad" in examination.findings[0].text
     repair_log(examination, tmp_path / "clean")

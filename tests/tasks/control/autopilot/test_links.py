@@ -76,7 +76,7 @@ def test_an_autopilot_with_another_key_is_not_heard(body, tmp_path):
 
 
 @pytest.mark.heavy
-def test_a_second_autopilot_with_the_same_id_has_no_effect_and_is_told(body):
+def test_a_second_autopilot_with_the_same_id_has_no_effect_and_is_reported(body):
     boat = body("autopilot-rover", kind="boat", overrides=[*PATIENT])
     boat.ready()
     other = boat.stand_in("--north", "3000", kind="boat")

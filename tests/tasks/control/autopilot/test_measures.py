@@ -24,7 +24,7 @@ def test_a_fix_is_above_the_ellipsoid_whatever_the_receiver_tells(ellipsoid, hei
     assert not any("Geoid Undulation" in words for words in run.log)
 
 
-def test_a_wrong_undulation_is_told_once():
+def test_a_wrong_undulation_is_reported_once():
     fixes = [(0.1 * n, frame("GPS_RAW_INT", **GPS, alt_ellipsoid=60000)) for n in range(1, 9)]
     run = heard(at(0.0), *fixes, geoid_undulation=54.6)
     wrong = "Geoid Undulation is 54.6 m, but the autopilot's GPS reports 20.0 m"

@@ -26,7 +26,7 @@ def sent(messages, message, hertz, seconds, start=1e9):
     return sum(messages.passes(message, start + i / hertz) for i in range(round(hertz * seconds)))
 
 
-def test_only_listed_messages_have_types_and_unknown_names_are_told():
+def test_only_listed_messages_have_types_and_unknown_names_are_reported():
     messages = listed("EstimatedState, Voltage, UamRxRnge, EstimatedState,", ["Nothing:2"], ["Voltage:GPS"])
     assert messages.types == (imc.EstimatedState, imc.Voltage)
     assert messages.unknown == ["Nothing", "UamRxRnge"]

@@ -125,7 +125,7 @@ def test_silence_ends_the_contact_and_later_the_peer():
     assert len(scene.peers) == 0
 
 
-def test_who_was_in_contact_is_heard_at_once_after_a_long_cut():
+def test_who_was_in_contact_is_received_at_once_after_a_long_cut():
     scene = Scene()
     scene.peers.on_announce(CONSOLE, "ccu", at(("10.0.0.7", 6001)), NOW)
     scene.sends().taken = True

@@ -17,7 +17,7 @@ from tasks.transports.tcp.server import Server
 from tests.tasks.transports.tcp.peers import CONSOLE, HOST, VEHICLE, Peer, packet, run, until
 
 
-def test_each_client_gets_what_the_vehicle_says_and_is_heard_without_an_announce():
+def test_each_client_gets_what_the_vehicle_says_and_is_received_without_an_announce():
     async def test(script, server, depths):
         peers = [Peer.of(server.open_port), Peer.of(server.open_port)]
         for peer in peers:

@@ -26,7 +26,7 @@ def states(seconds, rate=10):
 
 
 @pytest.mark.heavy
-def test_what_is_told_of_a_camera_is_what_it_was_at_the_exposure(tmp_path):
+def test_what_is_reported_of_a_camera_is_what_it_was_at_the_exposure(tmp_path):
     """A shipped vehicle whose camera gets another lens and place while a picture is on its way."""
     profile = load_profile("lauv-noptilus-1", overrides=["Vision.Camera/Left:Frame Rate=5"])
     selected = profile.parse_modes(["Simulation", "Stereo"])

@@ -153,7 +153,7 @@ def test_a_calibration_gives_the_camera_back(optics, spread):
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("optics", [BROWN, ODD, QUARTIC], ids=["brown", "kannala", "quartic"])
-def test_what_is_told_of_a_camera_makes_lines_straight(optics):
+def test_what_is_reported_of_a_camera_makes_lines_straight(optics):
     about = describe_camera(optics, DOWN)["opencv"]
     matrix, distortion = np.array(about["K"]), np.array(about["D"])
     undistort = cv2.fisheye.undistortPoints if about["model"] == "fisheye" else cv2.undistortPoints

@@ -153,7 +153,7 @@ def test_classes_over_a_relief_are_those_of_the_ray_caster(trial):
     assert {PixelClass.SEABED, PixelClass.WALL} <= set(np.unique(trial.found.kinds))
 
 
-def test_what_ground_and_walls_hide_of_a_glider_is_told(trial):
+def test_what_ground_and_walls_hide_of_a_glider_is_reported(trial):
     boxes = {box.instance: box for box in trial.found.boxes}
     for number, alone in trial.alone.items():
         if alone.sum() < 6:
