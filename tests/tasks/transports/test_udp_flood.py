@@ -66,7 +66,7 @@ def test_a_flood_delays_nobody_and_fills_no_memory(vessel, flood):
     vessel.vehicle.kernel.post(vessel.vehicle.observe, imc.SimulatedState, lambda _: steps.append(time.monotonic()))
     packets = " ".join(packet.hex() for packet in FLOODS[flood])
     port = vessel.discovery.port if flood == "announces" else vessel.udp.port
-    time.sleep(2.0)
+    time.sleep(1.0)
     before, began, busy = resident(), time.monotonic(), time.process_time()
     command = [sys.executable, "-c", SENDER, str(port), str(SECONDS)]
     sender = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
