@@ -68,7 +68,7 @@ def test_a_plan_is_stored_started_and_aborted_and_each_order_is_in_the_log_book(
     aborted = page.order(NAME, "abort")
     assert aborted["ok"], aborted
     until(lambda: mode(page) == "service", 40.0)
-    reasons = [entry[4] for entry in frame_of(page)["log"] if entry[3] == "Supervisors.AUV" and "abort" in entry[4]]
+    reasons = [entry[4] for entry in frame_of(page)["log"] if "aborted by" in entry[4]]
     assert "aborted by local on this page" in reasons
     assert frame_of(page)["vehicles"][NAME]["plan"]["error"] == "aborted by local on this page"
     assert page.order(NAME, "delete", plan="east")["ok"]
