@@ -146,10 +146,10 @@ def first_load(page: OperatorPage) -> tuple[int, int]:
 
 
 def longest_gap(folder: Path, begin: float, end: float) -> float:
-    """The longest time (s) between two positions of the vehicle in its log, between two times."""
-    (path,) = (each.parent for each in folder.rglob("Data.lsf*"))
-    times = [message.timestamp for message in imc.Log(path).messages("EstimatedState")]
-    inside = np.array([each for each in times if begin <= each <= end])
+    """The longest time (s) between two positions of the vehicle in its logs, between two times."""
+    logs = [imc.Log(each.parent) for each in folder.rglob("Data.lsf*")]
+    times = [message.timestamp for log in logs for message in log.messages("EstimatedState")]
+    inside = np.sort([each for each in times if begin <= each <= end])
     return float(np.diff(inside).max())
 
 

@@ -16,9 +16,10 @@ from imc.coordinates import absolute_position
 from runtime.profile import Profile, load_profile
 from runtime.vehicle import Vehicle
 from shoal.console.page_job import answer_job_in_parts
-from shoal.console.plans.plan_flight import GARBAGE, flight_overrides
+from shoal.console.plans.plan_flight import GARBAGE, HULL, flight_overrides
 from shoal.missions import Mission, Report, prepare
 from support.diagnostics import ProfileError
+from tasks.navigation.auv.navigation import Navigation
 from tasks.simulators.stream_velocity import CONSTANT, StreamVelocity
 from tasks.simulators.uav import UAV
 from tasks.simulators.vsim import VSIM
@@ -32,8 +33,9 @@ ROWS = 100  # of a run
 LEAST_PERIOD = 1.0  # s between rows
 HEADING_ERROR = 2.0  # °, standard deviation of the compass in a run
 CLOSE = 0.05  # m above the bottom, where the hull touches it
-HULL, AIRFRAME = "Simulators.VSIM", "Simulators.UAV"
+AIRFRAME = "Simulators.UAV"
 FLYING = 1.0  # m above the ground
+DIVING = 0.5  # s in which measurements of the depth before come to the navigation
 ASCENT = "forecast-ascent"
 ASCENT_SPEED = 5.0  # m/s
 TROUBLED = (imc.EntityState.State.ERROR, imc.EntityState.State.FAILURE)
@@ -99,6 +101,7 @@ class ForecastRun:
         )
         self.rows: list[Row] = []
         self.crossed: dict[str, None] = {}
+        self._navigations = [task for task in self.vehicle.tasks if isinstance(task, Navigation)]
         self._period = max(LEAST_PERIOD, job["horizon"] / ROWS)
         self._began = self._next = math.nan
         self._battery: float | None = None
@@ -172,6 +175,9 @@ class ForecastRun:
                 task.default_speed_north, task.default_speed_east = self.current
 
     def _note_place(self, truth: imc.SimulatedState) -> None:
+        if truth.timestamp - self._began < DIVING:
+            for navigation in self._navigations:
+                navigation.skip_comparison()
         if not truth.timestamp >= self._next:
             return
         self._next += self._period

@@ -24,8 +24,9 @@ MOST_ROWS = 2000
 LONGEST = 6 * 3600.0  # s of vehicle time
 GARBAGE = 50_000  # objects; fewer searches for garbage in a short run
 START = "Initial Position"
-COARSER = {"Simulators.VSIM": "Execution Frequency=50"}
-"""Options that shorten the computation of a flight by a sixth, and move its track by less than 0.1 m."""
+HULL = "Simulators.VSIM"
+COARSER = {HULL: ("Execution Frequency", "40"), "Simulators.IMU": ("Sampling Rate", "20")}
+"""Options for a hull that shorten the computation of a flight, and move its track by less than 0.1 m."""
 NEVER = "Enabled=Never"
 
 Row = list[float | None]
@@ -105,15 +106,26 @@ def _progress_watch(on_progress: Callable[[Progress], object]) -> Callable[[imc.
 def flight_overrides(profile: Profile, place: tuple[float, float] | None) -> list[str]:
     """Options that leave out what the flight does not need, and begin it at a place."""
     found: list[str] = []
+    has_hull = any(name.partition("/")[0] == HULL for name in profile.config.sections)
     for name, section in profile.config.sections.items():
         kind = name.partition("/")[0]
         if kind.startswith("Simulators.") and kind.endswith("Camera"):
             found.append(f"{name}:{NEVER}")
-        elif kind in COARSER:
-            found.append(f"{name}:{COARSER[kind]}")
+        elif has_hull and kind in COARSER:
+            option, value = COARSER[kind]
+            if _is_finer(section.value(option), value):
+                found.append(f"{name}:{option}={value}")
         if place is not None and section.value(START):
             found.append(f"{name}:{START}={place[0]:.7f}, {place[1]:.7f}")
     return found
+
+
+def _is_finer(text: str, rate: str) -> bool:
+    """Whether a rate in a profile, or the default without one, is higher than another."""
+    try:
+        return not text or float(text) > float(rate)
+    except ValueError:  # which is reported as a mistake of the profile
+        return False
 
 
 def _describe(name: str, report: Report, rows: list[Row]) -> str:

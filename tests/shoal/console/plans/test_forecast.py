@@ -111,6 +111,14 @@ def test_a_run_begins_in_the_middle_of_the_path_under_water():
 
 
 @pytest.mark.heavy
+def test_a_run_begins_at_any_depth_and_its_navigation_contradicts_nothing():
+    answer, (found,) = simulate(depth=4.0, horizon=20.0)
+    assert answer["ok"], answer
+    assert (found["crossed"], found["seconds"]) == ([], None)
+    assert found["rows"][0][3] == pytest.approx(4.0, abs=0.3)
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "options",
     [
