@@ -105,8 +105,10 @@ class Browser:
 
     def key(self, key: str) -> None:
         text = {"Enter": "\r", " ": " "}.get(key, "")
-        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, code=key, text=text)
-        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=key)
+        number = {"Tab": 9, "Enter": 13}.get(key, 0)  # by which the browser itself knows a key
+        words = {"key": key, "code": key, "windowsVirtualKeyCode": number}
+        self.call("Input.dispatchKeyEvent", type="keyDown", text=text, **words)
+        self.call("Input.dispatchKeyEvent", type="keyUp", **words)
 
     def set_size(self, width: int, height: int) -> None:
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}

@@ -128,11 +128,37 @@ def test_parameters_are_read_and_set(page):
     until(lambda: "Standard Deviation" in page.text("#values"))
 
 
+def tab_to(page, selector: str) -> None:
+    """Move the focus by the Tab key until an element has it, and is seen to have it."""
+    page.run("document.activeElement.blur()")
+    for _ in range(200):
+        page.key("Tab")
+        if page.run(f"document.activeElement.matches({json.dumps(selector)})"):
+            assert page.run("getComputedStyle(document.activeElement).outlineStyle") != "none"
+            return
+    raise AssertionError(f"{selector} is not reached by Tab")
+
+
 def test_it_works_by_keyboard_alone(page):
-    page.run("document.getElementById('hold').focus()")
+    tab_to(page, "#hold")
     page.key("Enter")
     assert "press again" in page.text("#hold")
     until(lambda: page.text("#hold") == "Hold")
+    tab_to(page, "[data-view=plans]")
+    page.key("Enter")
+    assert page.run("document.getElementById('plans-view').hidden") is False
+    tab_to(page, "#plan-text")
+    page.call("Input.dispatchKeyEvent", type="keyDown", key="a", code="KeyA", modifiers=2, commands=["selectAll"])
+    page.call(
+        "Input.insertText", text='plan: "typed"\nmaneuvers:\n- goto: {lat: 41.1850°, lon: -8.7059°, speed: 1 m/s}\n'
+    )
+    tab_to(page, "#plan-put")
+    page.key("Enter")
+    until(lambda: "typed is stored" in page.text("#result"), told=lambda: page.text("#result"))
+    tab_to(page, "#abort")
+    for _ in range(2):
+        page.key("Enter")
+    until(lambda: re.search("(obeyed|aborted): mode", page.text("#result")), told=lambda: page.text("#result"))
 
 
 @pytest.mark.parametrize(("width", "height"), [(360, 640), (1280, 800)])
