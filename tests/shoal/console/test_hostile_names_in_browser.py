@@ -8,7 +8,7 @@ from tests.outside import until
 from tests.shoal.console.browser import browser
 from tests.shoal.console.logs.test_log_in_browser import set_value
 from tests.shoal.console.operator_page import vehicle_page
-from tests.shoal.console.test_in_browser import fake_vehicle, give_frame, view
+from tests.shoal.console.test_in_browser import fake_vehicle, give_frame, open_plans, view
 
 HOSTILE = "<img src=x onerror=window.hacked=1>"
 PLAN = f"plan: '{HOSTILE}'\nmaneuvers:\n- goto: {{lat: 41.1850°, lon: -8.7059°, depth: 1.5, speed: 1.0 m/s}}\n"
@@ -36,7 +36,7 @@ def assert_text(page) -> None:
 
 
 def test_the_name_of_a_plan_is_text_wherever_it_is_shown(page):
-    view(page, "plans")
+    open_plans(page)
     set_value(page, "plan-text", PLAN)
     page.press("#plan-put")
     until(lambda: HOSTILE in page.text("#plans"), PATIENCE, told=lambda: page.text("#result"))

@@ -42,8 +42,14 @@ def view(page, name: str) -> None:
     page.press(f"[data-view={name}]")
 
 
-def draw_plan(page, name: str) -> None:
+def open_plans(page) -> None:
+    """Open the view of plans; their list moves what is below it when it comes."""
     view(page, "plans")
+    until(lambda: page.text("#plans"), 60.0, told=lambda: page.text("#result"))
+
+
+def draw_plan(page, name: str) -> None:
+    open_plans(page)
     page.run(f"document.getElementById('draw-name').value = {json.dumps(name)}")
     page.press("#draw-toggle")
     for x, y in ((300, 400), (380, 430), (420, 360)):

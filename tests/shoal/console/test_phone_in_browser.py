@@ -6,7 +6,7 @@ from tests.outside import until
 from tests.shoal.console.browser import browser
 from tests.shoal.console.logs.test_log_in_browser import PLAN, set_value
 from tests.shoal.console.operator_page import vehicle_page
-from tests.shoal.console.test_in_browser import view
+from tests.shoal.console.test_in_browser import open_plans, view
 
 PATIENCE = 60.0  # s, on a busy computer
 ZOOM = "import('/files/map_layer.js').then(({ map }) => map.getZoom())"
@@ -30,7 +30,7 @@ def page(tmp_path_factory):
 
 def test_a_plan_that_is_shown_while_the_map_is_hidden_is_on_it_afterward(page):
     until(lambda: page.run(ZOOM) == 18, told=lambda: page.run(ZOOM))  # where the vehicle is
-    view(page, "plans")
+    open_plans(page)
     set_value(page, "plan-text", PLAN + PLAN.splitlines()[-1].replace("50°, lon: -8.7059", "55°, lon: -8.7064") + "\n")
     page.press("#plan-put")
     until(lambda: "near" in page.text("#plans"), PATIENCE, told=lambda: page.text("#result"))

@@ -9,6 +9,7 @@ from autonomy.plans.yaml import parse_plan
 from tests.outside import until
 from tests.shoal.console.browser import browser
 from tests.shoal.console.operator_page import vehicle_page
+from tests.shoal.console.test_in_browser import open_plans
 
 NAME = "lauv-noptilus-1"
 HOSTILE = "<img src=x onerror=window.hacked=1>"
@@ -37,10 +38,6 @@ def page(tmp_path_factory):
         found.open(vehicle.link)
         until(lambda: "service" in found.text("#summary"), 60.0, told=lambda: found.text("#summary"))
         yield found
-
-
-def view(page, name: str) -> None:
-    page.press(f"[data-view={name}]")
 
 
 def choose_kind(page, kind: str) -> None:
@@ -81,7 +78,7 @@ def test_limits_of_the_vehicle_are_shown_and_distances_measured(page):
 
 
 def test_shapes_have_their_own_depth_altitude_and_speed(page):
-    view(page, "plans")
+    open_plans(page)
     page.press("#draw-toggle")
     page.press_at(300, 300)
     text = "document.getElementById('plan-text').value"

@@ -8,7 +8,7 @@ from tests.outside import until
 from tests.shoal.console.browser import browser
 from tests.shoal.console.logs.test_log_in_browser import PLAN, set_value
 from tests.shoal.console.operator_page import vehicle_page
-from tests.shoal.console.test_in_browser import view
+from tests.shoal.console.test_in_browser import open_plans
 
 PATIENCE = 60.0  # s, on a busy computer
 SIMULATED = 240.0  # s
@@ -25,7 +25,7 @@ def test_a_running_plan_is_forecast_on_the_map_with_runs_horizon_and_age(tmp_pat
         page.set_size(1280, 800)
         page.open(vehicle.link)
         until(lambda: "service" in page.text("#summary"), PATIENCE, told=lambda: page.text("#summary"))
-        view(page, "plans")
+        open_plans(page)
         set_value(page, "plan-text", PLAN.replace("8.7059", "8.7300"))
         page.press("#plan-put")
         until(lambda: "near" in page.text("#plans"), PATIENCE, told=lambda: page.text("#result"))
