@@ -93,7 +93,9 @@ class CampaignComparison:
         """
         match = _LIMIT.fullmatch(limit.strip())
         if match is None:
-            raise NotComparable(f"{limit!r} is no limit; write 'pass rate < -2 %' or 'interval of metrics.NAME > 0.5'")
+            raise NotComparable(
+                f"{limit!r} is not a limit; write 'pass rate < -2 %' or 'interval of metrics.NAME > 0.5'"
+            )
         of_interval, name, sign, number, percent = match.groups()
         changes = {change.name: change for change in (self.rate_change, *self.changes)}
         if name not in changes:

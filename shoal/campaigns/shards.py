@@ -39,7 +39,7 @@ def parse_shard(text: str) -> Shard:
     number, count = (int(match.group(1)), int(match.group(2))) if match else (0, 0)
     if not 1 <= number <= count <= MAX_SHARDS:
         hint = "; the first is 1" if match and number == 0 and count else ""
-        raise ValueError(f"{text!r} is no shard such as 3/16, the third of sixteen{hint}")
+        raise ValueError(f"{text!r} is not a shard such as 3/16, the third of sixteen{hint}")
     return Shard(number, count)
 
 

@@ -56,7 +56,7 @@ def run_study(
     if study.search is not None:
         import_optional("optuna")
         if shard != WHOLE_CAMPAIGN:
-            raise ValueError(f"search: there is no shard {shard} of it: its trials follow from all those before")
+            raise ValueError(f"search: it cannot run as shard {shard}: its trials follow from all those before")
     with ExitStack() as stack:
         writer = stack.enter_context(ResultsWriter(folder, {**study_metadata(study), "wall limit": wall_limit}))
         data = writer.results

@@ -29,9 +29,9 @@ class _Place(click.ParamType[tuple[float, float]]):
         try:
             lat, lon = (float(word) for word in value.split(","))
         except ValueError:
-            self.fail(f"{value!r} is no latitude and longitude, such as 41.185,-8.706", param, ctx)
+            self.fail(f"{value!r} is not a latitude and longitude, such as 41.185,-8.706", param, ctx)
         if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
-            self.fail(f"{value!r} is no place on Earth", param, ctx)
+            self.fail(f"{value!r} is not a place on Earth", param, ctx)
         return math.radians(lat), math.radians(lon)
 
 

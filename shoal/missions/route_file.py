@@ -143,7 +143,7 @@ def _only_route(lines: list[Route], points: Route, areas: int, name: str) -> Rou
 
 def _point(lat: float, lon: float, altitude: float | None, where: str, *, above_ground: bool = False) -> RoutePoint:
     if not is_on_earth(math.radians(lat), math.radians(lon)):
-        raise PlanFileError(f"latitude {lat:g}°, longitude {lon:g}° is no place on Earth", where)
+        raise PlanFileError(f"latitude {lat:g}°, longitude {lon:g}° is not a place on Earth", where)
     if altitude is not None and not math.isfinite(altitude):
         raise PlanFileError(f"altitude {altitude} is not a number", where)
     return RoutePoint(lat, lon, altitude, above_ground)
@@ -183,7 +183,7 @@ def _geometries(value: object, where: str) -> Iterator[tuple[str, object, str]]:
     elif kind in ("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"):
         yield kind, part.get("coordinates"), where
     else:
-        raise PlanFileError(f"{kind!r:.40} is no type of GeoJSON", where)
+        raise PlanFileError(f"{kind!r:.40} is not a type of GeoJSON", where)
 
 
 def _positions(value: object, where: str) -> Route:

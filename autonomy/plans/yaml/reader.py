@@ -177,7 +177,7 @@ class PlanReader:
         if key in _SIZES and value < 0:
             node.fail(f"{key} must not be below 0")
         if abs(value) > _ANGLES.get(key, math.inf):
-            node.fail(f"{key}: {math.degrees(value):g}° is no place on Earth; plain numbers are in rad")
+            node.fail(f"{key}: {math.degrees(value):g}° is not a place on Earth; plain numbers are in rad")
 
     def _target(self, nodes: Nodes) -> PlanValues:
         """Position, depth and speed of the plan or of a maneuver."""

@@ -92,7 +92,7 @@ def parse_position(value: object) -> tuple[float, float]:
         raise ValueError(f"{value!r}: write the unit, as in 41.185°, -8.7062°")
     lat, lon = parse_quantity(parts[0], "rad"), parse_quantity(parts[1], "rad")
     if not is_on_earth(lat, lon):
-        raise ValueError(f"{value!r} is no place on Earth: latitudes end at 90°, longitudes at 180°")
+        raise ValueError(f"{value!r} is not a place on Earth: latitudes end at 90°, longitudes at 180°")
     return lat, lon
 
 

@@ -18,5 +18,5 @@ def to_dask_address(text: str) -> str:
     except ValueError:
         host, port, more = None, PORT, None
     if kind not in _KINDS or not host or more:
-        raise ValueError(f"{text!r} is no address of a cluster such as dask://scheduler:{PORT}")
+        raise ValueError(f"{text!r} is not a cluster address such as dask://scheduler:{PORT}")
     return f"{_KINDS[kind]}://{f'[{host}]' if ':' in host else host}:{port}"

@@ -58,7 +58,7 @@ def parse_bundle(data: bytes) -> StudyBundle:
         files = {path: contents[end - size : end] for (path, size), end in zip(sizes, ends, strict=True)}
         return StudyBundle(files, folder, etc, tuple(code), tuple(modules), digest)
     except (ValueError, TypeError):
-        raise BundleError("these bytes are no bundle of a study") from None
+        raise BundleError("these bytes are not a bundle of a study") from None
 
 
 def make_bundle(files: Iterable[Path], sources: ScenarioDependencies, named: Mapping[str, Path]) -> StudyBundle:

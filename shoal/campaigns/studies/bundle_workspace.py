@@ -91,5 +91,5 @@ def rebase_path(root: Path, path: str) -> Path:
     """The place of an absolute path below a folder. Raises BundleError if it leads out."""
     parts = Path(path).parts[1:]
     if not Path(path).is_absolute() or ".." in parts:
-        raise BundleError(f"{path!r} is no absolute path")
+        raise BundleError(f"{path!r} is not an absolute path")
     return root.joinpath(*parts)

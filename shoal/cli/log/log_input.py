@@ -73,7 +73,7 @@ def _require_log(name: str, path: Path | None, last: bool) -> Path:
     if not last:
         return path
     if path != LOGS and not path.is_dir():
-        raise click.UsageError(printable(f"{path} is no folder; --last searches one: --last log {path}"))
+        raise click.UsageError(printable(f"{path} is not a folder; --last searches one: --last log {path}"))
     with errors_as_messages():
         newest = newest_log(path)
     click.echo(printable(f"log: {newest}"), err=True)

@@ -198,13 +198,13 @@ def test_a_run_that_did_not_end_gives_way_to_one_that_did(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("0/16", "is no shard such as 3/16, the third of sixteen; the first is 1"),
-        ("17/16", "is no shard such as 3/16"),
-        ("3", "is no shard such as 3/16"),
-        ("-1/4", "is no shard such as 3/16"),
-        ("1/0", "is no shard such as 3/16"),
-        ("1/999999", "is no shard such as 3/16"),
-        ("a/b", "'a/b' is no shard"),
+        ("0/16", "is not a shard such as 3/16, the third of sixteen; the first is 1"),
+        ("17/16", "is not a shard such as 3/16"),
+        ("3", "is not a shard such as 3/16"),
+        ("-1/4", "is not a shard such as 3/16"),
+        ("1/0", "is not a shard such as 3/16"),
+        ("1/999999", "is not a shard such as 3/16"),
+        ("a/b", "'a/b' is not a shard"),
     ],
 )
 def test_wrong_shards_are_reported(text, said):

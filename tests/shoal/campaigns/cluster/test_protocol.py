@@ -73,7 +73,7 @@ def test_addresses_are_those_of_dask(text, address):
     "text", ["", "tcp://a:1", "dask://", "dask://:1", "dask:a", "dask://a:b", "dask://a:1/b", "dask://u@a"]
 )
 def test_what_is_no_address_is_refused(text):
-    with pytest.raises(ValueError, match="is no address of a cluster such as dask://scheduler:8786"):
+    with pytest.raises(ValueError, match="is not a cluster address such as dask://scheduler:8786"):
         to_dask_address(text)
 
 

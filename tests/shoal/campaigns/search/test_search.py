@@ -316,7 +316,7 @@ def test_paths_in_what_it_writes_lead_to_the_same_files(tmp_path):
 
 def test_a_search_has_no_shards(tmp_path):
     study = load_study(write(tmp_path))
-    with pytest.raises(ValueError, match="search: there is no shard 2/3 of it"):
+    with pytest.raises(ValueError, match="search: it cannot run as shard 2/3"):
         run_study(study, tmp_path / "runs", make_runner=Slope, workers=0, shard=Shard(2, 3))
     assert not (tmp_path / "runs").exists()
 

@@ -254,10 +254,10 @@ def test_bytes_that_are_no_bundle_and_paths_that_lead_out_are_refused(tmp_path):
     bundle = StudyBundle({"/a/b.txt": b"1\n2", "/c": b""}, "/a", "/e", ("/a",), ("m",), "00")
     assert parse_bundle(bundle.pack()) == bundle
     for damaged in (b"", b"{}\n", bundle.pack()[:-1], bundle.pack() + b"x", b"[1]\n", b"\xff\n"):
-        with pytest.raises(BundleError, match="no bundle"):
+        with pytest.raises(BundleError, match="not a bundle"):
             parse_bundle(damaged)
     for path in ("/a/../../x", "a.txt"):
-        with pytest.raises(BundleError, match="no absolute path"):
+        with pytest.raises(BundleError, match="not an absolute path"):
             StudyBundle({path: b""}).unpack(tmp_path / "in")
     assert until(lambda: [path.name for path in tmp_path.rglob("*")] in ([], ["in"]))
 

@@ -163,11 +163,14 @@ def test_a_scenario_inside_the_study_is_the_same(place):
         (["absent.study.yaml"], f"absent.study.yaml: {NO_FILE}"),
         (["raport", "x"], "no such command: raport. Did you mean report?"),
         (["rerun", "campaigns/rest", "--run", "9"], "campaigns/rest has no run 9; it has runs 0 to 4"),
-        (["rest.study.yaml", "--shard", "0/4"], "'0/4' is no shard such as 3/16, the third of sixteen; the first is 1"),
+        (
+            ["rest.study.yaml", "--shard", "0/4"],
+            "'0/4' is not a shard such as 3/16, the third of sixteen; the first is 1",
+        ),
         (["merge", ".", "-o", "out"], ". is not the data set of a campaign"),
         (["merge", "campaigns/rest"], "--out"),
         (["report", "."], ". is not the data set of a campaign"),
-        (["compare", "campaigns/rest", "campaigns/rest", "--fail-if", "x"], "'x' is no limit"),
+        (["compare", "campaigns/rest", "campaigns/rest", "--fail-if", "x"], "'x' is not a limit"),
         (["rest.study.yaml", "-o", "campaigns/rest", "--set", "vehicle/seed=4"], "has runs of another study"),
     ],
 )

@@ -81,7 +81,7 @@ def test_the_newest_log(day: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "there is no log below it" in done.output
     assert "name a LOG, or use --last" in shoal("log", "info").output
     done = shoal("log", "export", "--last", "out.csv")
-    assert "Error: out.csv is no folder; --last searches one: --last log out.csv\n" in done.output
+    assert "Error: out.csv is not a folder; --last searches one: --last log out.csv\n" in done.output
 
 
 def test_the_newest_log_is_taken_also_if_it_is_damaged_or_alone(day: Path, tmp_path: Path) -> None:
