@@ -64,7 +64,7 @@ def test_limits_decide_for_ci(pair):
     assert not compare_campaigns(pair[0], pair[0]).describe_exceeded_limit("pass rate < -2 %")
     with pytest.raises(NotComparable, match=r"did you mean 'metrics\.drift'"):
         found.describe_exceeded_limit("metrics.drfit > 1")
-    with pytest.raises(NotComparable, match="is no limit"):
+    with pytest.raises(NotComparable, match="is not a limit"):
         found.describe_exceeded_limit("drift")
 
 
