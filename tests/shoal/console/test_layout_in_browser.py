@@ -77,6 +77,25 @@ def test_the_form_of_a_plan_has_the_fields_of_the_chosen_shape_below_the_button_
     assert page.run(below)
 
 
+@pytest.mark.parametrize("width", [1280, 360])
+def test_plans_that_arrive_move_no_button(page, width):
+    page.set_size(width, 800)
+    view(page, "plans")
+    place = "document.getElementById('plan-stop').getBoundingClientRect().top"
+    tops = list[float]()
+    running = "survey: Goto12, 40 %, 830 s left, ends at 12:01:02 UTC"
+    for plans, words in ((0, ""), (1, "no plan is running"), (40, running)):
+        page.run(
+            f"document.getElementById('plans').replaceChildren(...Array.from({{ length: {plans} }}, (_, number) =>"
+            " Object.assign(document.createElement('li'), { textContent: `plan ${number}` })));"
+            f" document.getElementById('progress').textContent = '{words}'"
+        )
+        tops.append(page.run(place))
+    assert tops[1:] == tops[:-1]
+    page.run("document.getElementById('plans-refresh').click()")
+    page.set_size(1280, 800)
+
+
 def test_parameters_are_read_when_the_view_opens(page):
     view(page, "parameters")
     until(lambda: page.run("document.querySelectorAll('#values tr').length") > 0, PATIENCE)
