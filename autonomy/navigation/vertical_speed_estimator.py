@@ -31,6 +31,7 @@ LARGEST_JUMP = 30.0  # m; a barometer that has jumped farther is not used until 
 SPEED_APART, HEIGHT_APART = 2.0, 15.0  # m/s, m: an estimate that differs by more
 APART = 0.5  # s, for so long, is wrong
 FIXES, LARGEST_STEP = 5, 15.0  # heights by GPS in a row that agree make a jump one of their reference; m
+GPS_JUMP, GPS_DOUBTED = 9.0, 60.0  # m, s: heights by GPS are doubted for so long after a step
 SUPPORT = 0.5  # m/s², how far the force that the ground makes on a vehicle at rest differs from gravity
 CARRIED, STOOD = 0.6, 0.5  # share of the weight, s: a vehicle that its rotors do not carry, and feels gravity, stands
 LARGEST_BIAS, REST_SHARE = 0.3, 0.02  # m/s²; per step at rest
@@ -63,7 +64,7 @@ class VerticalSpeedEstimator:
         self._unexplained, self._stood = -math.inf, 0.0
         self._fix_before, self._sinks = math.nan, 0.0  # m, m/s downward by GPS
         self._gate = JumpGate(JUMPS, AGREEMENT)
-        self._steps, self._reference = JumpGate(FIXES, LARGEST_STEP), math.nan
+        self._steps, self._reference, self._jumped = JumpGate(FIXES, LARGEST_STEP), math.nan, -math.inf
         self._pressed, self._useless = -math.inf, False
         self._fixed = -math.inf
         self._since = 0.0  # s without barometer
@@ -154,6 +155,7 @@ class VerticalSpeedEstimator:
         self._buried = not self._known and (self._buried or self.height < UNDERGROUND)
         if fix is not None:
             alone = self._useless or self._since > BY_FORCE_ALONE  # its speed may be that of a barometer that lied
+            alone = alone and now - self._jumped > GPS_DOUBTED
             noise = GPS_NOISE if force is None or self._buried else SLOW_GPS_NOISE
             self._correct_by_gps(now, fix, noise, needed=force is None or alone or self._buried)
 
@@ -191,6 +193,8 @@ class VerticalSpeedEstimator:
     def _take_gps_height(self, now: float, height: float) -> None:
         """Keep means by which heights (m) from GPS judge the barometer, and the speed where there is none."""
         sunk, self._fix_before = self._fix_before - height, height
+        if abs(sunk) > GPS_JUMP and now - self._received_at <= 2.0 * FRESH:
+            self._jumped = now
         if 0.0 < (dt := now - self._received_at) <= FRESH and abs(sunk) <= LARGEST_STEP:
             self._sinks += RATE_SHARE * (sunk / dt - self._sinks)
             if not self._known and self._sinks < min(-CLIMBS, self._filter.velocity[0] - RATE_APART):

@@ -218,3 +218,17 @@ def test_late_heights_by_gps_make_little_of_a_speed_that_the_accelerometer_gives
         estimator.advance(now, STEP, GRAVITY + a, UPRIGHT)
         off.append(abs(estimator.speed + climb))
     assert max(off[100:]) < 0.8
+
+
+def test_heights_by_gps_that_have_jumped_make_no_speed_beside_an_accelerometer():
+    """GPS reports feet as meters, and then the barometer jumps, so that it is not used: both heights lie."""
+    estimator, begin, height, _ = flown(climb=1.5, gps=lambda h: 40.0 + h)
+    for step in range(round(12.0 / STEP)):
+        now, height = begin + STEP * (step + 1), height + STEP * 1.5
+        estimator.receive_force(now, 0.0, 0.0, -GRAVITY)
+        estimator.receive_pressure(now, pressure(30.0 + height + (35.0 if step * STEP > 3.0 else 0.0)))
+        if step % 4 == 0:
+            estimator.receive_gps_height(0.3048 * (40.0 + height))
+        estimator.advance(now, STEP, GRAVITY, UPRIGHT)
+    assert not estimator.has_height(now)
+    assert estimator.speed == pytest.approx(-1.5, abs=0.3)
