@@ -1,7 +1,7 @@
 """Costs of the page in the browser beside a vehicle: `python bench/console_viewers.py [--rounds N] [--ten MINUTES]`.
 
-In each round five pairs of a shipped vehicle run in real time at once on one core, with and without
-`[Transports.Console]`; each pair gives a ratio of processor times. Then one page looks at one vehicle, then ten. Prints
+In each round twelve shipped vehicles run in real time at once on one core, six with and six without
+`[Transports.Console]`; each four give a ratio of processor times. Then one page looks at one vehicle, then ten. Prints
 the sizes of the first load, the ratio without a viewer (upper end of the 95 % interval of the median at most 1.02), the
 cost of one viewer (at most 1.5 % of a core), and of ten (5 % and 20 MB more, no gap of the kernel that is 20 ms
 longer); exits with 1 above a limit.
@@ -30,8 +30,8 @@ import imc
 from tests.outside import ALONE
 from tests.shoal.console.operator_page import OperatorPage, vehicle_page
 
-WINDOW, SETTLING, STARTS = 60.0, 10.0, 40.0  # s
-PAIRS = 5
+WINDOW, IDLE_WINDOW, SETTLING, STARTS = 60.0, 40.0, 10.0, 30.0  # s
+FOURS = 3
 PROFILE = "lauv-noptilus-1"
 MOST_LOAD, MOST_JAVASCRIPT = 300_000, 80_000  # bytes
 MOST_IDLE, MOST_ONE, MOST_TEN, MOST_MEMORY, MOST_GAP = 1.02, 0.015, 0.05, 20.0, 0.02
@@ -55,11 +55,11 @@ def idle_ratios(folder: Path) -> list[float]:
     """Ratios of processor times with and without a page that nobody looks at.
 
     Of vehicles that begin to work at one moment the first ones wait for memory, which the others find in the cache:
-    each pair starts in the order that is opposite to that of the pair before.
+    of each four, the first and the last have the page.
     """
     with ExitStack() as stack:
         with_page, without = list[int](), list[int]()
-        for number in range(2 * PAIRS):
+        for number in range(4 * FOURS):
             place = folder / str(number)
             place.mkdir()
             if number % 4 in (0, 3):
@@ -70,8 +70,8 @@ def idle_ratios(folder: Path) -> list[float]:
                 without.append(stack.enter_context(vehicle_without_page(place)))
         share_core([*with_page, *without])
         time.sleep(STARTS)
-        found = rates([*with_page, *without], WINDOW)
-    return [mine / theirs for mine, theirs in zip(found[:PAIRS], found[PAIRS:], strict=True)]
+        found = np.array(rates([*with_page, *without], IDLE_WINDOW)).reshape(2, FOURS, 2).sum(axis=2)
+    return list(found[0] / found[1])
 
 
 def memory(process: int) -> float:
@@ -155,7 +155,7 @@ def longest_gap(folder: Path, begin: float, end: float) -> float:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=4, help="rounds of five pairs without a viewer")
+    parser.add_argument("--rounds", type=int, default=7, help="rounds of three ratios without a viewer")
     parser.add_argument("--ten", type=float, default=10.0, help="minutes with ten viewers")
     words = parser.parse_args()
     failed = list[str]()
