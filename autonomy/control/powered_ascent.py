@@ -24,7 +24,8 @@ LEVEL = 1.5  # m deeper, at which the pitch may be wrong
 BOW_DOWN, BOW_TIME = math.radians(-10.0), 1.5  # s; help that turns the bow farther down for so long is none
 BOW_UP, SINKING, SINKING_TIME = math.radians(5.0), -0.05, 4.0  # m/s, s: a pitch is wrong with which help sinks for it
 HELP_PATIENCE = 25.0  # s that help may take for RISEN
-PAUSE = 60.0  # s between two attempts ahead
+MISLEADS = 1.0  # m up by the vertical speed since help began, of a vehicle that is deeper: the pitch is wrong
+PAUSE, HARMED = 60.0, 600.0  # s between two attempts ahead; and after one that turned the bow of a light vehicle down
 UNFIXED, IN_THE_AIR = 10.0, -0.5  # s without a fix at the surface, and m, from which the depth may be wrong
 SANK = 1.0  # m by the vertical speed, of a vehicle whose depth is that of the surface
 FORGETS = 120.0  # s, time constant of this way: an error of the vertical speed below 8 mm/s is no way down
@@ -64,13 +65,13 @@ class AscentMonitor:
 
     def __post_init__(self) -> None:
         self._depth = self._extreme = self._begun = -math.inf
-        self._since = self._paused = self._deepest = -math.inf
+        self._since = self._paused = self._harmed = self._deepest = -math.inf
         self._afloat: float | None = None
         self._doubted: float | None = None
         self._climbs, self._floats, self._bowed = False, False, math.inf
         self._sinks = math.inf
         self._risen, self._updated, self._sank = 0.0, math.nan, False
-        self._unseen = self._jumped = 0.0
+        self._unseen = self._jumped = self._risen_before = 0.0
         self._pulse, self._highest, self._coasts = math.inf, math.inf, -math.inf
         self._bow_up, self._pitched = False, -math.inf
         self._steep, self._stopped, self.stops_dive = math.inf, math.inf, False
@@ -146,7 +147,7 @@ class AscentMonitor:
             self._pause_astern(now, depth)
             if depth < self._extreme - RISEN:
                 self._extreme, self._since, self.failed = depth, now, False
-            elif self._keeps_level(now, depth):
+            elif self._keeps_level(now, depth) or self._is_misled(depth):
                 self._begun, self._since, self.pitch_faulty = depth, now, True
             elif depth > NEAR_SURFACE and (now - self._since > HELP_PATIENCE or depth > self._begun + HELP_SINKS):
                 self._fail(now)
@@ -217,7 +218,7 @@ class AscentMonitor:
         if self.heavy:
             self._fail(now)
         else:
-            self.helping, self._climbs, self._floats = False, False, True
+            self.helping, self._climbs, self._floats, self._harmed = False, False, True, now
 
     def _float(self, now: float) -> None:
         if self.helping or self._afloat is None:
@@ -240,7 +241,7 @@ class AscentMonitor:
         if not self._climbs and now - self._doubted < patience:
             return
         if not self._climbs:
-            if now >= self._paused and (not self._floats or self._risen < -SANK):
+            if now >= max(self._paused, self._harmed + HARMED) and (not self._floats or self._risen < -SANK):
                 self.helping = self._climbs = True
                 self._begun, self._doubted, self._risen, self._lowest = depth, now, 0.0, self._altitude
         elif now - self._doubted > CLIMB_TIME:
@@ -265,6 +266,11 @@ class AscentMonitor:
         ahead = not self.astern and not self.pitch_faulty
         return ahead and now - self._since > HELP_PATIENCE and NEAR_SURFACE < depth < self._begun + LEVEL
 
+    def _is_misled(self, depth: float) -> bool:
+        """Whether help ahead has brought the vehicle down although its pitch, and so its vertical speed, say up."""
+        ahead = not self.astern and not self.pitch_faulty
+        return ahead and self._risen - self._risen_before > MISLEADS and depth > self._begun + SINKS_AGAIN
+
     def _may_climb_unseen(self) -> bool:
         """Whether the way up by the vertical speed alone is likely; the pitch, if wrong, makes that wrong as well."""
         self._unseen += self._risen
@@ -288,7 +294,7 @@ class AscentMonitor:
         if (sinks or grounds or (now - self._since > self.delay and not begins)) and now >= self._paused:
             self.helping = self.heavy = True
             self._begun = self._extreme = depth
-            self._since = now
+            self._since, self._risen_before = now, self._risen
 
     def _fail(self, now: float) -> None:
         faulty, stopped = self.pitch_faulty, self._stopped

@@ -266,7 +266,7 @@ class Failsafe(Task):
             rising = self._estimated_rising if self.age(self._estimated) < DEPTH_TIMEOUT else None
             ascent.update(now, depth, surfaced, self.age(self._fixed) > FIX_TIMEOUT, rising, self._sensed.jumped_up)
             if rising is not None:
-                ascent.watch_bottom(now, self._altitude, self._speed, rising)
+                ascent.watch_bottom(now, self._altitude, self._speed, min(rising, self._sensed.rising))
             if rising is not None and abs(self._estimated_pitch) <= LARGEST_PITCH and not surfaced:
                 ascent.stop_dive(now, self._estimated_pitch, rising)
         else:

@@ -284,3 +284,29 @@ def test_fins_pitch_up_to_the_reference_and_level_the_vehicle():
     assert max(map(abs, ascent_fins((0.0, -1.5, 1.0), (0.0, 0.0, 0.0), 0.35, limit))) == pytest.approx(limit)
     assert fin_torques(blind_ascent_fins(0.0, limit), EFFECTS)[1] > 0.0
     assert fin_torques(blind_ascent_fins(1.0, limit), EFFECTS)[1] < 0.0
+
+
+def test_a_pitch_with_which_help_brings_the_vehicle_down_is_wrong_as_soon_as_its_vertical_speed_says_up():
+    for sinks, faulty in ((0.08, True), (-0.3, False)):  # m/s while it helps
+        monitor, depth = AscentMonitor(0.3, 20.0), 6.0
+        monitor.reset(0.0)
+        for tick in range(round(4 * 35.0)):
+            monitor.update(0.25 * tick, depth, False, False, 0.4 if monitor.helping else -0.1)
+            depth += 0.25 * (sinks if monitor.helping else 0.1)
+        assert monitor.helping
+        assert monitor.pitch_faulty == faulty
+
+
+def test_after_help_that_turned_its_bow_down_a_light_vehicle_at_a_false_surface_is_left_to_its_buoyancy():
+    def helped(pitch):
+        monitor, now, seconds = AscentMonitor(0.3, 20.0), 0.0, 0.0
+        monitor.reset(0.0)
+        for tick in range(round(4 * 300.0)):
+            now = 0.25 * tick
+            monitor.update(now, 0.01, False, True, pitch if monitor.helping else -0.1)
+            monitor.record_pitch(now, pitch, 0.1 * pitch)
+            seconds += 0.25 * monitor.helping
+        return seconds
+
+    assert 0.0 < helped(-0.6) < 2.0
+    assert helped(0.3) > 10.0

@@ -7,7 +7,7 @@ import pytest
 
 import imc
 from tests.repeats import repeat
-from tests.tasks.mission.lies import AHRS, BAROMETER, Flight, all_of, before, late, lies
+from tests.tasks.mission.lies import AHRS, BAROMETER, GPS, Flight, all_of, before, late, lies
 from tests.tasks.mission.underway import say
 
 pytestmark = pytest.mark.heavy
@@ -70,3 +70,13 @@ def test_a_multirotor_whose_attitude_becomes_late_near_the_ground_lands_softly(s
     flight = fly(tmp_path, inject)
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
     assert flight.touchdown < 2.0
+
+
+@pytest.mark.parametrize(
+    ("seconds", "since"), [(1.5, 9.0), repeat((1.0, 13.0)), repeat((1.5, 13.0)), repeat((2.0, 11.0))]
+)
+def test_late_pressures_and_heights_by_gps_in_another_unit_end_in_a_soft_landing(seconds, since, fly, tmp_path):
+    low = lies(GPS, imc.GpsFix, ("height", lambda height, t: 0.3048 * height))
+    flight = fly(tmp_path, all_of(late(BAROMETER, seconds), lambda vehicle: vehicle.kernel.after(since, low, vehicle)))
+    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
+    assert flight.touchdown <= 2.5

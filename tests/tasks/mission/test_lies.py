@@ -270,14 +270,6 @@ def test_a_multirotor_whose_sensors_are_two_seconds_late_comes_down(task, fly, t
     assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
 
 
-@pytest.mark.heavy
-def test_a_multirotor_whose_barometer_is_late_and_whose_gps_is_in_another_unit_lands_softly(fly, tmp_path):
-    both = all_of(late(BAROMETER, 1.5), lambda vehicle: vehicle.kernel.after(13.0, METERS, vehicle))
-    flight = fly(tmp_path, both, "hexa-00", 100.0)
-    assert flight.depths[-1] == pytest.approx(0.0, abs=0.1)
-    assert flight.touchdown <= 2.5
-
-
 @pytest.mark.parametrize("profile", ["otter", "caravel", "hexa-00"])
 def test_one_fix_far_away_moves_nothing(profile, fly, tmp_path):
     once = lies(GPS, imc.GpsFix, ("lat", lambda lat, t: lat + FAR), ("sog", 1e6), times=1)
