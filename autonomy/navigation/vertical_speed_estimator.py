@@ -23,7 +23,7 @@ PLAUSIBLE_FORCES = 0.4, 2.2  # of what the commanded thrust and the known weight
 IMPACT = 2  # steps; the ground makes a larger force for a moment, an accelerometer that lies for longer
 FRESH, FORCE_FRESH = 1.0, 0.3  # s; older measurements, and forces, are not used
 BIAS_MEMORY = 10.0  # s
-UNDERGROUND = -5.0  # m; a height below it shows that the speed by force is wrong
+UNDERGROUND = -5.0  # m; a height below it shows that the speed by force is wrong, or a barometer below GPS by as much
 BY_FORCE_ALONE = 60.0  # s, how long the accelerometer alone gives the speed
 JUMP, SIGMAS = 3.0, 5.5  # m; a larger change of pressure is a jump
 JUMPS, AGREEMENT = 20, 3.0  # steps in a row that agree to within m make a jump one of the ground pressure
@@ -231,9 +231,13 @@ class VerticalSpeedEstimator:
         if verdict is GateDecision.RESET:
             self._ground -= off  # the pressure has changed, not the height of the vehicle
             down, self._useless = state.position[0], abs(off) > LARGEST_JUMP
-        slow = self._lag.filter
-        by_gps = slow.position[0] + self._off_by_gps if now - self._received_at <= FRESH else None
-        self._lag.correct(dt, down, by_gps)
+        slow, witnessed = self._lag.filter, now - self._received_at <= FRESH
+        if witnessed and max(-down, self._off_by_gps) < UNDERGROUND:
+            self._useless, self._pressed = True, -math.inf
+            state.position[0] += self._off_by_gps
+            self._reference += self._off_by_gps
+            return
+        self._lag.correct(dt, down, slow.position[0] + self._off_by_gps if witnessed else None)
         if self._lag.contradicts:
             self._useless, self._pressed = True, -math.inf
             state.position[0], state.velocity[0] = slow.position[0], slow.velocity[0]

@@ -232,3 +232,19 @@ def test_heights_by_gps_that_have_jumped_make_no_speed_beside_an_accelerometer()
         estimator.advance(now, STEP, GRAVITY, UPRIGHT)
     assert not estimator.has_height(now)
     assert estimator.speed == pytest.approx(-1.5, abs=0.3)
+
+
+@pytest.mark.parametrize(("drift", "climb", "used"), [(0.84, 0.3, False), (0.0, -0.5, True)])
+def test_a_barometer_far_below_the_ground_and_gps_is_not_used(drift, climb, used):
+    """The accelerometer is late, so that who sinks by a barometer that drifts climbs; in a valley both agree."""
+    estimator, noise = VerticalSpeedEstimator(), np.random.default_rng(6)
+    estimator.receive_pressure(0.0, pressure(30.0))
+    estimator.rest()
+    for step in range(round(60.0 / STEP)):
+        now, height = STEP * step, climb * STEP * step
+        estimator.receive_pressure(now, pressure(30.0 + height - drift * now + 0.1 * noise.standard_normal()))
+        if step % 4 == 0:
+            estimator.receive_gps_height(84.0 + height + noise.standard_normal())
+        estimator.advance(now, STEP, GRAVITY, UPRIGHT)
+    assert estimator.has_height(now) == used
+    assert estimator.speed == pytest.approx(-climb, abs=0.7)
