@@ -33,6 +33,7 @@ from tests.shoal.console.operator_page import OperatorPage, vehicle_page
 WINDOW, IDLE_WINDOW, SETTLING, STARTS = 60.0, 40.0, 10.0, 30.0  # s
 FOURS = 3
 PROFILE = "lauv-noptilus-1"
+UNUSED = ("Simulators.MUGDetectionCamera", "Plan.Autostart", "Monitors.HostResources")  # as `vehicle_page`
 MOST_LOAD, MOST_JAVASCRIPT = 300_000, 80_000  # bytes
 MOST_IDLE, MOST_ONE, MOST_TEN, MOST_MEMORY, MOST_GAP = 1.02, 0.015, 0.05, 20.0, 0.02
 REPEATS = 2000
@@ -60,14 +61,9 @@ def idle_ratios(folder: Path) -> list[float]:
     with ExitStack() as stack:
         with_page, without = list[int](), list[int]()
         for number in range(4 * FOURS):
-            place = folder / str(number)
-            place.mkdir()
-            if number % 4 in (0, 3):
-                with_page.append(
-                    stack.enter_context(vehicle_page(place, "--clock", "real", profile=PROFILE)).process.pid
-                )
-            else:
-                without.append(stack.enter_context(vehicle_without_page(place)))
+            has_page = number % 4 in (0, 3)
+            vehicle = stack.enter_context(unwatched_vehicle(folder / str(number), has_page=has_page))
+            (with_page if has_page else without).append(vehicle)
         share_core([*with_page, *without])
         time.sleep(STARTS)
         found = np.array(rates([*with_page, *without], IDLE_WINDOW)).reshape(2, FOURS, 2).sum(axis=2)
@@ -82,12 +78,18 @@ def memory(process: int) -> float:
 
 
 @contextmanager
-def vehicle_without_page(folder: Path) -> Iterator[int]:
-    words = [word for setting in ALONE for word in ("--set", setting)]
-    words += [word for name in ("Simulators.MUGDetectionCamera", "Plan.Autostart", "Monitors.HostResources")
-              for word in ("--set", f"{name}:Enabled=Never")]  # fmt: skip
-    command = [sys.executable, "-m", "shoal.cli", "run", PROFILE, "-p", "Simulation", "--clock", "real", *words]
-    with Popen(command, cwd=folder, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL) as process:
+def unwatched_vehicle(folder: Path, *, has_page: bool) -> Iterator[int]:
+    """A vehicle at which nobody looks, in a process of its own; its id."""
+    folder.mkdir()
+    off = [*ALONE, *(f"{name}:Enabled=Never" for name in UNUSED)]
+    page = next(each for each in off if "Console" in each)
+    off[off.index(page)] = "Transports.Console:Port=0" if has_page else page
+    command = [sys.executable, "-m", "shoal.cli", "run", PROFILE, "-p", "Simulation", "--clock", "real"]
+    command += [word for setting in off for word in ("--set", setting)]
+    with (
+        (folder / "output").open("w") as output,
+        Popen(command, cwd=folder, stdin=DEVNULL, stdout=output, stderr=output) as process,
+    ):
         try:
             yield process.pid
         finally:
