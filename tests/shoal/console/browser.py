@@ -16,6 +16,7 @@ from urllib.request import urlopen
 from websockets.sync.client import ClientConnection, connect
 
 from tests.outside import children, until
+from tests.shoal.console.operator_page import vehicle_page
 
 CHROMIUM = which("chromium") or which("chromium-browser")
 WORDS = (
@@ -138,3 +139,15 @@ def browser(folder: Path) -> Iterator[Browser]:
         finally:
             process.terminate()
             time.sleep(0.1)
+
+
+@contextmanager
+def opened_vehicle_page(folder: Path, width: int, height: int, *words: str) -> Iterator[Browser]:
+    """The page of a vehicle that runs in `folder`, logged in, as soon as it shows the vehicle; sizes are in pixels."""
+    profile = folder / "browser"
+    profile.mkdir()
+    with vehicle_page(folder, *words) as vehicle, browser(profile) as found:
+        found.set_size(width, height)
+        found.open(vehicle.link)
+        until(lambda: "service" in found.text("#summary"), 60.0, told=lambda: found.text("#summary"))
+        yield found

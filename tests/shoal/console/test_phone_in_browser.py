@@ -3,9 +3,8 @@
 import pytest
 
 from tests.outside import until
-from tests.shoal.console.browser import browser
+from tests.shoal.console.browser import opened_vehicle_page
 from tests.shoal.console.logs.test_log_in_browser import PLAN, set_value
-from tests.shoal.console.operator_page import vehicle_page
 from tests.shoal.console.test_in_browser import open_plans, view
 
 PATIENCE = 60.0  # s, on a busy computer
@@ -18,13 +17,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    with (
-        vehicle_page(tmp_path_factory.mktemp("vehicle")) as vehicle,
-        browser(tmp_path_factory.mktemp("browser")) as found,
-    ):
-        found.set_size(360, 740)
-        found.open(vehicle.link)
-        until(lambda: "service" in found.text("#summary"), PATIENCE, told=lambda: found.text("#summary"))
+    with opened_vehicle_page(tmp_path_factory.mktemp("vehicle"), 360, 740) as found:
         yield found
 
 

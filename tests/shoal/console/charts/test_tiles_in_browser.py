@@ -8,9 +8,8 @@ import pytest
 from PIL import Image
 
 from tests.outside import until
-from tests.shoal.console.browser import browser
+from tests.shoal.console.browser import opened_vehicle_page
 from tests.shoal.console.charts.test_tiles import write_pmtiles
-from tests.shoal.console.operator_page import vehicle_page
 
 HOSTILE = "<img src=x onerror=window.hacked=1>"
 PATIENCE = 60.0  # s, on a busy computer
@@ -41,13 +40,7 @@ def page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("vehicle")
     (folder / "charts").mkdir()
     write_charts(folder / "charts")
-    with (
-        vehicle_page(folder, "--set", "Transports.Console:Map Tiles=charts") as vehicle,
-        browser(tmp_path_factory.mktemp("browser")) as found,
-    ):
-        found.set_size(1280, 800)
-        found.open(vehicle.link)
-        until(lambda: "service" in found.text("#summary"), PATIENCE, told=lambda: found.text("#summary"))
+    with opened_vehicle_page(folder, 1280, 800, "--set", "Transports.Console:Map Tiles=charts") as found:
         yield found
 
 
