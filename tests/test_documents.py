@@ -87,8 +87,25 @@ def test_blocks_run(document, tmp_path, apart):
         assert done.returncode == 0, f"{code}\n{done.stdout}\n{done.stderr}"
 
 
+OWN_TEST = """from imc import Depth, Temperature
+from runtime import Task, consume
+from runtime.testing import simulate
+
+
+class Thermocline(Task):
+    @consume
+    def measure(self, depth: Depth) -> None:
+        self.publish(Temperature(value=20.0 - depth.value))
+
+
+def test_it_is_colder_below():
+    run = simulate(Thermocline, feed=[Depth(value=2.0)])
+    assert [message.value for message in run.of(Temperature)] == [18.0]
+"""
+
+
 def test_a_task_in_a_folder_of_the_clone_is_tested_with_pytest_alone(tmp_path):
-    (tmp_path / "test_own.py").write_text("def test_own():\n    assert True\n")
+    (tmp_path / "test_own.py").write_text(OWN_TEST)
     settings = ["-c", str(ROOT / "pyproject.toml"), "--rootdir", str(tmp_path), "-p", "no:timeout"]
     command = [sys.executable, "-m", "pytest", "-q", *settings, "test_own.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=HANGS)
